@@ -1,0 +1,12 @@
+"""Robots as data: URDF, SRDF, controllers, limits and sensors of one robot, loaded and checked.
+
+>>> robot = load_robot("hubo")
+>>> robot.config.exploration.group
+'torso_right_arm'
+"""
+
+from hubo_description.errors import RobotDescriptionError
+from hubo_description.robot import Robot, list_robots, load_robot, robots_folder
+from hubo_description.urdf import plain_mesh_paths
+
+__all__ = ["Robot", "RobotDescriptionError", "list_robots", "load_robot", "plain_mesh_paths", "robots_folder"]

@@ -1,0 +1,109 @@
+"""What robot.yaml and joint_limits.yaml may hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from hubo_description.errors import RobotDescriptionError
+from hubo_description.schema import from_mapping, reject_unknown, require_mapping
+
+Vector3 = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class ClearanceBox:
+    """A box, parallel to the axes of its frame, that the operator vouches for as free."""
+
+    frame: str  # a link
+    center_m: Vector3
+    size_m: Vector3  # full edge lengths
+
+    def __post_init__(self) -> None:
+        if min(self.size_m) <= 0.0:
+            raise ValueError(f"size_m must be positive, got {list(self.size_m)}")
+
+
+@dataclass(frozen=True)
+class ClearanceSphere:
+    """A sphere that the operator vouches for as free."""
+
+    frame: str  # a link
+    center_m: Vector3
+    radius_m: float
+
+    def __post_init__(self) -> None:
+        if self.radius_m <= 0.0:
+            raise ValueError(f"radius_m must be positive, got {self.radius_m}")
+
+
+@dataclass(frozen=True)
+class Clearance:
+    """Space known free before the first scan, fixed to the links' pose at the start."""
+
+    boxes: list[ClearanceBox] = field(default_factory=list)
+    spheres: list[ClearanceSphere] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Exploration:
+    """How the robot explores."""
+
+    group: str  # SRDF group that moves
+    capability_group: str  # SRDF group whose capability map filters the views
+    camera: str  # a depth camera of sensors.yaml
+    start_pose: str  # group_state of the group
+    clearance: Clearance = field(default_factory=Clearance)
+
+
+@dataclass(frozen=True)
+class RobotConfig:
+    """robot.yaml."""
+
+    name: str
+    description: str  # one line
+    urdf: str  # .urdf or .urdf.xacro in the robot's folder, or pybullet_data:<path>
+    srdf: str  # file in the robot's folder
+    namespace: str  # of the controllers
+    base_link: str  # root link, z up
+    exploration: Exploration
+    base_height_m: float = 0.0  # of base_link over the floor the robot stands on
+    attach: str | None = None  # xacro in the robot's folder whose links and joints are added to the URDF
+
+    def __post_init__(self) -> None:
+        if not self.urdf.startswith("pybullet_data:") and not self.urdf.endswith((".urdf", ".urdf.xacro")):
+            raise ValueError(f"urdf must be *.urdf, *.urdf.xacro or pybullet_data:<path>, got '{self.urdf}'")
+
+
+@dataclass(frozen=True)
+class JointLimit:
+    """Limits of one joint that planning obeys: rad/s and rad/s^2 (m/s and m/s^2 where prismatic)."""
+
+    has_velocity_limits: bool
+    max_velocity: float
+    has_acceleration_limits: bool
+    max_acceleration: float
+
+    def __post_init__(self) -> None:
+        for name in ("max_velocity", "max_acceleration"):
+            if getattr(self, name) <= 0.0:
+                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+
+
+def parse_joint_limits(data: object, joints: list[str], where: str) -> dict[str, JointLimit]:
+    """Return the limits by joint name.
+
+    :param joints: the robot's moving joints; each must have limits.
+    :raises RobotDescriptionError: unknown joint or key, a joint without limits, a value out of range.
+    """
+    mapping = require_mapping(data, where)
+    reject_unknown(mapping, ["joint_limits"], where)
+    table = require_mapping(mapping.get("joint_limits"), f"{where}: joint_limits")
+    for name in table:
+        if name not in joints:
+            raise RobotDescriptionError(
+                f"{where}: unknown joint '{name}'; the robot's joints: {', '.join(joints)}"
+            )
+    for name in joints:
+        if name not in table:
+            raise RobotDescriptionError(f"{where}: no limits for joint '{name}'")
+    return {name: from_mapping(JointLimit, row, f"{where}: {name}") for name, row in table.items()}

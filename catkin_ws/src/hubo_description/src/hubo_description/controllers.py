@@ -1,0 +1,102 @@
+"""What controllers.yaml may hold (ros_control's names; thesis, listings 4.1 and 4.2)."""
+
+from __future__ import annotations
+
+import math
+
+from hubo_description.errors import RobotDescriptionError
+from hubo_description.schema import reject_unknown, require_mapping
+
+JOINT_STATE = "joint_state_controller/JointStateController"
+POSITION = "position_controllers/JointTrajectoryController"
+EFFORT = "effort_controllers/JointTrajectoryController"
+KEYS = {
+    JOINT_STATE: ["type", "publish_rate"],
+    POSITION: ["type", "joints", "constraints", "state_publish_rate", "action_monitor_rate",
+               "allow_partial_joints_goal", "stop_trajectory_duration"],
+}  # fmt: skip
+KEYS[EFFORT] = [*KEYS[POSITION], "gains", "velocity_ff"]
+GAINS = ["p", "i", "d", "i_clamp"]
+
+
+def check_controllers(data: dict, namespace: str, joints: list[str], where: str) -> None:
+    """Check controllers.yaml.
+
+    :param joints: the robot's moving joints.
+    :raises RobotDescriptionError: unknown key, type or joint, missing gains, a controller_list that does not fit.
+    """
+    reject_unknown(data, [namespace, "controller_list"], where)
+    controllers = require_mapping(data.get(namespace), f"{where}: {namespace}")
+    for name, entry in controllers.items():
+        _check_controller(require_mapping(entry, f"{where}: {name}"), joints, f"{where}: {name}")
+    listed = data.get("controller_list")
+    if not isinstance(listed, list):
+        raise RobotDescriptionError(f"{where}: controller_list: expected a list, got {listed!r}")
+    for k, entry in enumerate(listed):
+        _check_listed(require_mapping(entry, f"{where}: controller_list[{k}]"), namespace, controllers, where)
+
+
+def _check_controller(entry: dict, joints: list[str], where: str) -> None:
+    kind = entry.get("type")
+    if kind not in KEYS:
+        raise RobotDescriptionError(f"{where}: unknown type {kind!r}; valid types: {', '.join(KEYS)}")
+    reject_unknown(entry, KEYS[kind], where)
+    if kind == JOINT_STATE:
+        _positive(entry.get("publish_rate"), f"{where}: publish_rate")
+        return
+    own = entry.get("joints")
+    if not isinstance(own, list) or not own:
+        raise RobotDescriptionError(f"{where}: joints: expected a list of names, got {own!r}")
+    for joint in own:
+        if joint not in joints:
+            raise RobotDescriptionError(
+                f"{where}: unknown joint '{joint}'; the robot's joints: {', '.join(joints)}"
+            )
+    _check_constraints(entry.get("constraints", {}), own, f"{where}: constraints")
+    if kind == EFFORT:
+        _check_gains(entry.get("gains"), own, f"{where}: gains")
+
+
+def _check_constraints(data: object, joints: list[str], where: str) -> None:
+    mapping = require_mapping(data, where)
+    reject_unknown(mapping, ["goal_time", "stopped_velocity_tolerance", *joints], where)
+    for key, value in mapping.items():
+        if key in joints:
+            reject_unknown(
+                require_mapping(value, f"{where}: {key}"), ["trajectory", "goal"], f"{where}: {key}"
+            )
+            for name, number in value.items():
+                _positive(number, f"{where}: {key}: {name}", zero=True)
+        else:
+            _positive(value, f"{where}: {key}", zero=True)
+
+
+def _check_gains(data: object, joints: list[str], where: str) -> None:
+    mapping = require_mapping(data, where)
+    reject_unknown(mapping, joints, where)
+    for joint in joints:
+        gains = require_mapping(mapping.get(joint), f"{where}: {joint}")
+        reject_unknown(gains, GAINS, f"{where}: {joint}")
+        for key, value in gains.items():
+            _positive(value, f"{where}: {joint}: {key}", zero=True)
+
+
+def _check_listed(entry: dict, namespace: str, controllers: dict, where: str) -> None:
+    where = f"{where}: controller_list: {entry.get('name')}"
+    reject_unknown(entry, ["name", "action_ns", "type", "joints", "default"], where)
+    valid = [f"{namespace}/{name}" for name in controllers]
+    if entry.get("name") not in valid:
+        raise RobotDescriptionError(f"{where}: no such controller; valid: {', '.join(valid)}")
+    own = controllers[entry["name"].removeprefix(f"{namespace}/")].get("joints")
+    if entry.get("joints") != own:
+        raise RobotDescriptionError(
+            f"{where}: joints {entry.get('joints')} differ from the controller's {own}"
+        )
+
+
+def _positive(value: object, where: str, zero: bool = False) -> None:
+    number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    if not number or value < 0.0 or (value == 0.0 and not zero):
+        raise RobotDescriptionError(
+            f"{where}: expected a {'non-negative' if zero else 'positive'} number, got {value!r}"
+        )

@@ -1,0 +1,122 @@
+"""YAML mappings into dataclasses: unknown, missing and ill-typed keys are errors that name the key."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import math
+import types
+import typing
+from pathlib import Path
+
+import yaml
+
+from hubo_description.errors import RobotDescriptionError
+
+T = typing.TypeVar("T")
+
+
+def read_yaml(path: Path) -> dict:
+    """Return the mapping in a YAML file.
+
+    :raises RobotDescriptionError: the file is missing, is no YAML, or holds something other than a mapping.
+    """
+    try:
+        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError) as err:
+        raise RobotDescriptionError(f"{path}: cannot be read: {err}") from err
+    except yaml.YAMLError as err:
+        raise RobotDescriptionError(f"{path}: no valid YAML: {' '.join(str(err).split())}") from err
+    return require_mapping(data, str(path))
+
+
+def require_mapping(data: object, where: str) -> dict:
+    """Return data if it is a mapping with string keys.
+
+    :raises RobotDescriptionError: otherwise.
+    """
+    if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
+        raise RobotDescriptionError(f"{where}: expected a mapping with names as keys, got {data!r:.80}")
+    return data
+
+
+def reject_unknown(keys: typing.Iterable[str], valid: typing.Iterable[str], where: str) -> None:
+    """Raise a RobotDescriptionError for the first key that is not valid; it lists the valid keys.
+
+    A key that differs from a valid one by its unit suffix alone (``min_range`` for ``min_range_m``) is named as such.
+    """
+    valid = list(valid)
+    for key in keys:
+        if key in valid:
+            continue
+        stem = key.rsplit("_", 1)[0]
+        same_stem = [
+            name for name in valid if name.startswith(f"{key}_") or name.rsplit("_", 1)[0] in (key, stem)
+        ]
+        close = same_stem or difflib.get_close_matches(key, valid, n=1)
+        hint = f" (did you mean '{close[0]}'? the unit is part of the key)" if same_stem else ""
+        hint = hint or (f" (did you mean '{close[0]}'?)" if close else "")
+        raise RobotDescriptionError(f"{where}: unknown key '{key}'{hint}; valid keys: {', '.join(valid)}")
+
+
+def from_mapping(cls: type[T], data: object, where: str) -> T:
+    """Build the dataclass cls from a mapping; nested dataclasses, lists and vectors follow its annotations.
+
+    :param where: what the mapping is, for messages, e.g. ``sensors.yaml: hand_camera``.
+    :raises RobotDescriptionError: unknown, missing or ill-typed key, or a value that cls itself refuses.
+    """
+    mapping = require_mapping(data, where)
+    fields = {field.name: field for field in dataclasses.fields(cls) if field.init}
+    reject_unknown(mapping, fields, where)
+    missing = [name for name, field in fields.items() if name not in mapping and not _has_default(field)]
+    if missing:
+        raise RobotDescriptionError(f"{where}: missing key '{missing[0]}'; valid keys: {', '.join(fields)}")
+    hints = typing.get_type_hints(cls)
+    values = {key: convert(hints[key], value, f"{where}: {key}") for key, value in mapping.items()}
+    try:
+        return cls(**values)
+    except ValueError as err:
+        raise RobotDescriptionError(f"{where}: {err}") from err
+
+
+def _has_default(field: dataclasses.Field) -> bool:
+    return field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
+
+
+def convert(hint: object, value: object, where: str) -> object:
+    """Return value as the annotated type.
+
+    :raises RobotDescriptionError: the value is of another type, or a number is not finite.
+    """
+    if dataclasses.is_dataclass(hint):
+        return from_mapping(hint, value, where)
+    origin = typing.get_origin(hint)
+    if origin in (typing.Union, types.UnionType):
+        inner = [arg for arg in typing.get_args(hint) if arg is not type(None)]
+        return None if value is None else convert(inner[0], value, where)
+    if origin in (list, tuple):
+        return _convert_sequence(hint, value, where)
+    return _convert_scalar(hint, value, where)
+
+
+def _convert_sequence(hint: object, value: object, where: str) -> object:
+    args = typing.get_args(hint)
+    if not isinstance(value, list):
+        raise RobotDescriptionError(f"{where}: expected a list, got {value!r}")
+    if typing.get_origin(hint) is list:
+        return [convert(args[0], item, f"{where}[{k}]") for k, item in enumerate(value)]
+    if len(value) != len(args):
+        raise RobotDescriptionError(f"{where}: expected {len(args)} numbers, got {value!r}")
+    return tuple(
+        convert(arg, item, f"{where}[{k}]") for k, (arg, item) in enumerate(zip(args, value, strict=True))
+    )
+
+
+def _convert_scalar(hint: object, value: object, where: str) -> object:
+    if hint is float and isinstance(value, int | float) and not isinstance(value, bool):
+        if not math.isfinite(value):
+            raise RobotDescriptionError(f"{where}: expected a finite number, got {value!r}")
+        return float(value)
+    if hint in (int, str, bool) and type(value) is hint:
+        return value
+    raise RobotDescriptionError(f"{where}: expected {getattr(hint, '__name__', hint)}, got {value!r}")

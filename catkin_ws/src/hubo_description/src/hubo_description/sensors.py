@@ -1,0 +1,128 @@
+"""What sensors.yaml may hold: one typed entry per sensor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from hubo_description.errors import RobotDescriptionError
+from hubo_description.schema import from_mapping, require_mapping
+
+
+def _check_ranges(min_range_m: float, max_range_m: float, rate_hz: float) -> None:
+    if not 0.0 <= min_range_m < max_range_m:
+        raise ValueError(f"needs 0 <= min_range_m < max_range_m, got {min_range_m} and {max_range_m}")
+    if rate_hz <= 0.0:
+        raise ValueError(f"rate_hz must be positive, got {rate_hz}")
+
+
+def _check_interval(name: str, value: float, lower: float, upper: float) -> None:
+    if not lower <= value <= upper:
+        raise ValueError(f"{name} must lie in {lower:g}..{upper:g}, got {value:g}")
+
+
+@dataclass(frozen=True)
+class AxialNoise:
+    """Gaussian noise of the depth: sigma(z) = sigma_base_m + sigma_quadratic_per_m (z - offset_m)^2, z in m.
+
+    Source: Nguyen, Izadi, Lovell, 3DIMPVT 2012, axial part.
+    """
+
+    enabled: bool = True
+    sigma_base_m: float = 0.0012
+    sigma_quadratic_per_m: float = 0.0019
+    offset_m: float = 0.4
+
+    def __post_init__(self) -> None:
+        if self.sigma_base_m < 0.0 or self.sigma_quadratic_per_m < 0.0:
+            raise ValueError(
+                f"sigmas must not be negative: {self.sigma_base_m}, {self.sigma_quadratic_per_m}"
+            )
+
+
+@dataclass(frozen=True)
+class LateralNoise:
+    """Gaussian jitter of the image coordinates, seen where the depth jumps."""
+
+    enabled: bool = False
+    sigma_px: float = 0.8
+
+    def __post_init__(self) -> None:
+        _check_interval("sigma_px", self.sigma_px, 0.0, 10.0)
+
+
+@dataclass(frozen=True)
+class Grazing:
+    """No return where ray and surface normal enclose more than max_incidence_deg."""
+
+    enabled: bool = False
+    max_incidence_deg: float = 80.0
+
+    def __post_init__(self) -> None:
+        _check_interval("max_incidence_deg", self.max_incidence_deg, 1.0, 90.0)
+
+
+@dataclass(frozen=True)
+class MixedPixels:
+    """Share of the pixels at a depth jump that lie between foreground and background."""
+
+    enabled: bool = False
+    share: float = 0.3
+
+    def __post_init__(self) -> None:
+        _check_interval("share", self.share, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class DepthNoise:
+    """Defects of a depth image, each with its switch, all drawn from one seed."""
+
+    seed: int = 0
+    axial: AxialNoise = field(default_factory=AxialNoise)
+    lateral: LateralNoise = field(default_factory=LateralNoise)
+    grazing: Grazing = field(default_factory=Grazing)
+    mixed_pixels: MixedPixels = field(default_factory=MixedPixels)
+
+
+@dataclass(frozen=True)
+class DepthCamera:
+    """A depth and colour camera with one pinhole for both."""
+
+    type: str
+    link: str
+    optical_frame: str  # x right, y down, z forward
+    topic: str  # prefix
+    width: int  # pixels
+    height: int  # pixels
+    horizontal_fov_deg: float  # full angle
+    vertical_fov_deg: float  # full angle
+    min_range_m: float  # along the optical axis
+    max_range_m: float  # along the optical axis
+    rate_hz: float  # simulated time
+    noise: DepthNoise = field(default_factory=DepthNoise)
+
+    def __post_init__(self) -> None:
+        _check_interval("horizontal_fov_deg", self.horizontal_fov_deg, 1.0, 179.0)
+        _check_interval("vertical_fov_deg", self.vertical_fov_deg, 1.0, 179.0)
+        _check_interval("width", self.width, 2, 8192)
+        _check_interval("height", self.height, 2, 8192)
+        _check_ranges(self.min_range_m, self.max_range_m, self.rate_hz)
+
+
+SENSOR_TYPES = {"depth_camera": DepthCamera}
+Sensor = DepthCamera
+
+
+def parse_sensors(data: object, where: str = "sensors.yaml") -> dict[str, Sensor]:
+    """Return the sensors by name; an empty mapping is a robot without sensors.
+
+    :raises RobotDescriptionError: unknown type or key, missing key, value out of range.
+    """
+    sensors = {}
+    for name, entry in require_mapping(data, where).items():
+        kind = require_mapping(entry, f"{where}: {name}").get("type")
+        if kind not in SENSOR_TYPES:
+            raise RobotDescriptionError(
+                f"{where}: {name}: unknown type {kind!r}; valid types: {', '.join(SENSOR_TYPES)}"
+            )
+        sensors[name] = from_mapping(SENSOR_TYPES[kind], entry, f"{where}: {name}")
+    return sensors

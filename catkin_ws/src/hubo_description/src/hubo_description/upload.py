@@ -1,0 +1,58 @@
+"""Put a robot on the parameter server, as docs/interfaces.md says."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+from hubo_description.errors import RobotDescriptionError
+from hubo_description.robot import Robot, list_robots, load_robot
+
+
+def parameters(robot: Robot) -> dict[str, object]:
+    """Return everything that the parameter server holds about a robot, by absolute name."""
+    namespace = robot.config.namespace
+    values: dict[str, object] = {
+        "/robot_description": robot.urdf_xml,
+        "/robot_description_semantic": robot.srdf_xml,
+        "/robot_description_planning/joint_limits": robot.documents["joint_limits"]["joint_limits"],
+        "/robot": robot.documents["robot"],
+        "/sensors": robot.documents["sensors"],
+        "/controller_list": robot.controllers["controller_list"],
+    }
+    for name, controller in robot.controllers[namespace].items():
+        values[f"/{namespace}/{name}"] = controller
+    return values
+
+
+def upload(robot: Robot) -> None:
+    """Set all parameters of the robot on the running master.
+
+    :raises OSError: no master answers.
+    """
+    import rosgraph  # the loader itself works on machines without a ROS master
+
+    master = rosgraph.Master("/upload_robot")
+    master.getPid()  # fail before the first parameter, not in the middle
+    for name, value in parameters(robot).items():
+        master.setParam(name, value)
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Command line: ``upload_robot --robot NAME``; 0 on success."""
+    parser = argparse.ArgumentParser(description="Put a robot's description on the parameter server.")
+    parser.add_argument("--robot", default="hubo", help=f"name or folder; one of {', '.join(list_robots())}")
+    args, _ = parser.parse_known_args(argv)  # rosrun appends __name:= and the like
+    try:
+        robot = load_robot(args.robot)
+        upload(robot)
+    except RobotDescriptionError as err:
+        print(f"upload_robot: {err}", file=sys.stderr)
+        return 1
+    except OSError as err:
+        print(f"upload_robot: no ROS master answers: {err}", file=sys.stderr)
+        return 1
+    print(
+        f"upload_robot: {robot.name}: {len(robot.model.moving_joints)} joints, {len(robot.sensors)} sensors"
+    )
+    return 0
