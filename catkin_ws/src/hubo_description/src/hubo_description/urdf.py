@@ -73,6 +73,7 @@ def load_urdf(urdf: str, attach: str | None, folder: Path) -> str:
         extra = _expand(folder / attach)
         _resolve_meshes(extra, folder / attach)
         root.extend(list(extra))
+    ET.indent(root)  # pybullet reads at most 1 kB a line
     return ET.tostring(root, encoding="unicode")
 
 
