@@ -1,0 +1,169 @@
+"""ROS messages from and to arrays. Pure: no node, no topic, no clock."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from fv_msgs.msg import Box, Ellipsoid, Evaluation, ExplorationVolume, FrontierVoid, MapUpdate, View, Views
+from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Transform, Vector3
+from numpy.typing import NDArray
+from octomap_msgs.msg import Octomap
+from scipy.spatial.transform import Rotation
+from sensor_msgs.msg import PointCloud2, PointField
+from std_msgs.msg import Header
+
+Array = NDArray[np.float64]
+
+
+class MessageError(ValueError):
+    """A message cannot be used; the text names the field and what would be valid."""
+
+
+def points_from_cloud(cloud: PointCloud2) -> NDArray[np.float32]:
+    """The x, y, z of a cloud in its own frame.
+
+    :return: (height * width, 3) float32 [m]; rows with NaN had no return.
+    :raises MessageError: without float32 x, y, z, or with sizes that do not match the data.
+    """
+    fields = {item.name: item for item in cloud.fields}
+    for name in "xyz":
+        if name not in fields or fields[name].datatype != PointField.FLOAT32:
+            raise MessageError(f"cloud fields are {sorted(fields)}; needs float32 x, y and z")
+    expected = cloud.row_step * cloud.height
+    row_is_whole = cloud.row_step >= cloud.point_step * cloud.width
+    if cloud.point_step < 12 or not row_is_whole or len(cloud.data) < expected:
+        raise MessageError(
+            f"cloud of {cloud.width} x {cloud.height} points has point_step {cloud.point_step}, row_step "
+            f"{cloud.row_step} and {len(cloud.data)} bytes; these do not fit together"
+        )
+    order = ">" if cloud.is_bigendian else "<"
+    point = np.dtype(
+        {
+            "names": ["x", "y", "z"],
+            "formats": [f"{order}f4"] * 3,
+            "offsets": [fields[name].offset for name in "xyz"],
+            "itemsize": cloud.point_step,
+        }
+    )
+    rows = np.ndarray(
+        (cloud.height, cloud.width), point, cloud.data, strides=(cloud.row_step, cloud.point_step)
+    )
+    return np.stack([rows[name].ravel() for name in "xyz"], axis=1).astype(np.float32)
+
+
+def matrix_from_transform(transform: Transform) -> Array:
+    """(4, 4) matrix of a geometry_msgs/Transform."""
+    translation, rotation = transform.translation, transform.rotation
+    return _matrix([translation.x, translation.y, translation.z], rotation)
+
+
+def matrix_from_pose(pose: Pose) -> Array:
+    """(4, 4) matrix of a geometry_msgs/Pose."""
+    return _matrix([pose.position.x, pose.position.y, pose.position.z], pose.orientation)
+
+
+def _matrix(translation: list[float], rotation: Quaternion) -> Array:
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_quat([rotation.x, rotation.y, rotation.z, rotation.w]).as_matrix()
+    matrix[:3, 3] = translation
+    return matrix
+
+
+def pose_from_matrix(matrix: Array) -> Pose:
+    """geometry_msgs/Pose of a (4, 4) matrix."""
+    quaternion = Rotation.from_matrix(matrix[:3, :3]).as_quat()
+    return Pose(Point(*matrix[:3, 3]), Quaternion(*quaternion))
+
+
+def pose_array(matrices: Array, header: Header) -> PoseArray:
+    """geometry_msgs/PoseArray of (N, 4, 4) matrices."""
+    return PoseArray(header, [pose_from_matrix(matrix) for matrix in matrices])
+
+
+def box_msg(minimum: Array, maximum: Array) -> Box:
+    """fv_msgs/Box of two corners (3,) [m]."""
+    return Box(Point(*minimum), Point(*maximum))
+
+
+def octomap_msg(occupancy_map: Any, header: Header, binary: bool) -> Octomap:
+    """octomap_msgs/Octomap of the map: classes only when ``binary``, else with probabilities."""
+    data = occupancy_map.binary_data() if binary else occupancy_map.full_data()
+    return Octomap(
+        header, binary, "OcTree", occupancy_map.resolution_m, np.frombuffer(data, np.int8).tolist()
+    )
+
+
+def map_update_msg(occupancy_map: Any, octomap: Octomap) -> MapUpdate:
+    """fv_msgs/MapUpdate with the map's sequence number and bounds."""
+    return MapUpdate(
+        octomap.header,
+        occupancy_map.sequence,
+        Point(*occupancy_map.bounds_min),
+        Point(*occupancy_map.bounds_max),
+        octomap,
+    )
+
+
+def volume_msg(
+    minimum: Array, maximum: Array, boxes: list[tuple[Array, Array]], header: Header
+) -> ExplorationVolume:
+    """fv_msgs/ExplorationVolume of the bounds and the axis-aligned clearance boxes, corners (3,) [m]."""
+    return ExplorationVolume(header, box_msg(minimum, maximum), [box_msg(*box) for box in boxes], [], [])
+
+
+def views_msg(candidates: Any, chosen: int, header: Header) -> Views:
+    """fv_msgs/Views of ``view_choice.Candidates``; camera and counters are left for the caller."""
+    rows = zip(
+        candidates.poses,
+        candidates.utility,
+        candidates.void_gain,
+        candidates.unknown_gain,
+        candidates.frontier_gain,
+        candidates.scores,
+        candidates.reachability,
+        strict=True,
+    )
+    views = [View(pose_from_matrix(pose), *map(float, figures)) for pose, *figures in rows]
+    return Views(header=header, views=views, chosen=chosen)
+
+
+def ellipsoid_msg(ellipsoid: Any) -> Ellipsoid:
+    """fv_msgs/Ellipsoid of an evaluation's ellipsoid (centre, axes as columns, semi-axes)."""
+    axes = np.array(ellipsoid["axes"], dtype=float)
+    if np.linalg.det(axes) < 0:  # eigenvectors are signless: make them a rotation
+        axes[:, 2] *= -1
+    return Ellipsoid(
+        Point(*ellipsoid["center"]),
+        Quaternion(*Rotation.from_matrix(axes).as_quat()),
+        Vector3(*ellipsoid["semi_axes"]),
+        int(ellipsoid["count"]),
+        float(ellipsoid["fit"]),
+    )
+
+
+def evaluation_msg(occupancy_map: Any, evaluation: Any, utility: Any, header: Header) -> Evaluation:
+    """fv_msgs/Evaluation of everything that was found in the map."""
+    return Evaluation(
+        header=header,
+        map_sequence=occupancy_map.sequence,
+        resolution=occupancy_map.resolution_m,
+        occupied=_flat(occupancy_map.voxels("occupied")),
+        free=_flat(occupancy_map.voxels("free")),
+        frontier=_flat(evaluation.frontier),
+        frontier_cluster=np.asarray(evaluation.frontier_cluster, dtype=np.uint32),
+        void=_flat(evaluation.void),
+        void_ellipsoid=np.asarray(evaluation.void_ellipsoid, dtype=np.uint32),
+        ellipsoids=[ellipsoid_msg(ellipsoid) for ellipsoid in evaluation.ellipsoids],
+        frontier_voids=[
+            FrontierVoid(int(ellipsoid), np.asarray(clusters, dtype=np.uint32))
+            for ellipsoid, clusters in evaluation.frontier_voids
+        ],
+        utility_points=_flat(utility.points),
+        utility=np.asarray(utility.utility, dtype=np.float32),
+        utility_direction=_flat(utility.direction),
+    )
+
+
+def _flat(points: NDArray) -> NDArray[np.float32]:
+    return np.ascontiguousarray(points, dtype=np.float32).ravel()

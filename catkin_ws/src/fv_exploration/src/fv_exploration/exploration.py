@@ -1,0 +1,253 @@
+"""The exploration: scan, evaluate, plan, move, until nothing worth seeing can be reached.
+
+Free of ROS: the robot and the audience are interfaces, so that a test can stand in for both.
+"""
+
+from __future__ import annotations
+
+import enum
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fv_exploration.explore_config import ExploreConfig
+from fv_exploration.view_choice import Candidates, ViewChooser
+
+Array = NDArray[np.float64]
+
+
+class Reason(enum.Enum):
+    """Why an exploration ended."""
+
+    COMPLETE = "nothing left whose expected gain and reachability pass the thresholds"
+    VIEW_BUDGET = "the view budget is used up"
+    TIME_BUDGET = "the time budget is used up"
+    CANCELLED = "it was cancelled"
+    FAILED = "it failed"
+
+
+class ExplorationError(RuntimeError):
+    """The exploration cannot go on; the text says why."""
+
+
+@dataclass(frozen=True)
+class Scan:
+    """One cloud, taken at rest.
+
+    :param points: (N, 3) in the sensor's optical frame [m]; NaN rows had no return. The robot is already removed.
+    :param T_map_sensor: (4, 4) at the stamp of the cloud.
+    """
+
+    points: Array
+    T_map_sensor: Array
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The planner's answer to a set of views; ``trajectory`` is None when there is no motion."""
+
+    trajectory: Any
+    view: int
+    message: str
+    duration_s: float = 0.0
+    path_length_rad: float = 0.0
+
+
+class Robot(Protocol):
+    """What the exploration asks of a robot."""
+
+    def now_s(self) -> float:
+        """The robot's time [s]."""
+
+    def scan(self) -> Scan:
+        """A scan at rest; ExplorationError when there is none."""
+
+    def plan(self, poses: Array, scores: Array, map_sequence: int, seed: int) -> Plan:
+        """A motion to one of the (N, 4, 4) camera poses of the map frame; higher scores are better."""
+
+    def execute(self, plan: Plan) -> str:
+        """Move; returns an empty text when the motion was done, else why not. The robot rests afterwards."""
+
+
+@dataclass
+class Step:
+    """What happened for one view: a row of metrics.csv. Times are wall-clock seconds."""
+
+    view: int = 0
+    seconds: dict[str, float] = field(default_factory=dict)
+    counts: dict[str, int] = field(default_factory=dict)
+    known_share: float = 0.0
+    expected_gain_m3: float = 0.0
+    real_gain_m3: float = 0.0
+    path_length_rad: float = 0.0
+    duration_s: float = 0.0
+
+
+class Audience(Protocol):
+    """Who is told what happens."""
+
+    def activity(self, text: str) -> None:
+        """What is being done now."""
+
+    def map_changed(self, occupancy_map: Any) -> None:
+        """The map has a new sequence number; must be handed on before a plan is asked for."""
+
+    def evaluated(self, occupancy_map: Any, evaluation: Any, utility: Any) -> None:
+        """An evaluation of the map is there."""
+
+    def decided(self, candidates: Candidates, chosen: int, step: Step) -> None:
+        """Candidates were ranked; ``chosen`` is the index of the one to be executed, -1 for none."""
+
+    def view_done(self, step: Step) -> None:
+        """A view's scan is in the map and its figures are complete."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How an exploration ended."""
+
+    reason: Reason
+    message: str
+    views: int
+    known_share: float
+
+
+class Exploration:
+    """One exploration of a bounded volume.
+
+    :param occupancy_map: the one map, with what is known before the first scan.
+    :param evaluator: incremental evaluation of that map (frontiers, voids, frontier-voids, utility).
+    :param chooser: makes and ranks candidate views.
+    :param scan_config: ``ScanConfig`` of the sensor: range limits, and what a ray without return proves.
+    """
+
+    def __init__(
+        self,
+        occupancy_map: Any,
+        evaluator: Any,
+        chooser: ViewChooser,
+        scan_config: Any,
+        robot: Robot,
+        audience: Audience,
+        config: ExploreConfig,
+        seed: int = 0,
+    ) -> None:
+        self._map = occupancy_map
+        self._evaluator = evaluator
+        self._chooser = chooser
+        self._scan_config = scan_config
+        self._robot = robot
+        self._audience = audience
+        self._config = config
+        self._seed = seed
+        self._views = 0
+        self._failed_motions = 0
+
+    def run(self, stop: Callable[[], bool] = lambda: False) -> Outcome:
+        """Explore until something ends it; ``stop`` is asked between the steps and cancels."""
+        try:
+            return self._explore(stop)
+        except ExplorationError as error:
+            return self._outcome(Reason.CANCELLED if stop() else Reason.FAILED, str(error))
+
+    def _explore(self, stop: Callable[[], bool]) -> Outcome:
+        started_s = self._robot.now_s()
+        step = Step()
+        while True:
+            scan = self._timed(step, "scan", "scanning", self._robot.scan)
+            self._timed(step, "integrate", "integrating the scan", self._integrate, scan, step)
+            utility = self._timed(step, "evaluate", "evaluating the map", self._evaluate, step)
+            self._audience.view_done(step)
+            ended = self._budget_ended(started_s) or (stop() and Reason.CANCELLED)
+            if ended:
+                return self._outcome(ended)
+            step = Step(view=self._views + 1)
+            plan = self._next_motion(step, scan.T_map_sensor, utility, stop)
+            if plan is None:
+                return self._outcome(Reason.CANCELLED if stop() else Reason.COMPLETE)
+            self._timed(step, "move", "moving", self._move, plan, step)
+
+    def _integrate(self, scan: Scan, step: Step) -> None:
+        known_before = self._map.known_share()
+        self._map.insert_scan(scan.points, scan.T_map_sensor, self._scan_config)
+        step.known_share = self._map.known_share()
+        step.real_gain_m3 = (step.known_share - known_before) * self._map.volume_m3()
+        self._chooser.learn(step.real_gain_m3)
+        self._audience.map_changed(self._map)
+
+    def _evaluate(self, step: Step) -> Any:
+        evaluation = self._evaluator.update()
+        utility = self._evaluator.utility(self._scan_config.max_range_m)
+        step.counts = {
+            **self._map.counts(),
+            "frontier": len(evaluation.frontier),
+            "void": len(evaluation.void),
+            "ellipsoids": len(evaluation.ellipsoids),
+            "frontier_clusters": len(np.unique(evaluation.frontier_cluster)),
+        }
+        self._audience.evaluated(self._map, evaluation, utility)
+        return utility
+
+    def _next_motion(
+        self, step: Step, T_map_sensor: Array, utility: Any, stop: Callable[[], bool]
+    ) -> Plan | None:
+        """A planned motion to the best view that can be reached; None when there is nothing left to see or do."""
+        seed = self._seed + self._views
+        self._timed(step, "choose", "judging views", self._chooser.prepare, seed, T_map_sensor, utility)
+        for attempt in range(self._config.motion.max_rounds):
+            candidates = self._timed(step, "choose", "choosing the next view", self._chooser.shortlist)
+            if len(candidates) == 0 or stop():
+                self._audience.decided(candidates, -1, step)
+                return None
+            text = f"planning to {len(candidates)} views"
+            plan = self._timed(step, "plan", text, self._plan, candidates, attempt)
+            if plan.trajectory is not None:
+                self._accept(plan, candidates, step)
+                return plan
+            self._audience.activity(f"no motion to these views: {plan.message}")
+            self._chooser.reject(candidates)
+        return None
+
+    def _plan(self, candidates: Candidates, attempt: int) -> Plan:
+        seed = 1 + self._seed * 100_003 + self._views * 101 + attempt
+        return self._robot.plan(candidates.poses, candidates.scores, self._map.sequence, seed)
+
+    def _accept(self, plan: Plan, candidates: Candidates, step: Step) -> None:
+        step.expected_gain_m3 = float(candidates.gains[plan.view])
+        step.path_length_rad = plan.path_length_rad
+        step.duration_s = plan.duration_s
+        self._chooser.expect(candidates.poses[plan.view], step.expected_gain_m3)
+        self._audience.decided(candidates, plan.view, step)
+
+    def _move(self, plan: Plan, step: Step) -> None:
+        problem = self._robot.execute(plan)
+        self._views += 1
+        self._failed_motions = self._failed_motions + 1 if problem else 0
+        if problem:
+            self._audience.activity(f"the motion was not finished: {problem}")
+        if self._failed_motions >= self._config.stop.max_failed_motions:
+            raise ExplorationError(f"{self._failed_motions} motions in a row failed, the last one: {problem}")
+
+    def _budget_ended(self, started_s: float) -> Reason | None:
+        limits = self._config.stop
+        if limits.max_views and self._views >= limits.max_views:
+            return Reason.VIEW_BUDGET
+        if limits.max_seconds and self._robot.now_s() - started_s >= limits.max_seconds:
+            return Reason.TIME_BUDGET
+        return None
+
+    def _timed(self, step: Step, name: str, text: str, work: Callable[..., Any], *arguments: Any) -> Any:
+        """Do the work, announce it, and add its wall time to the step."""
+        self._audience.activity(text)
+        start = time.perf_counter()
+        try:
+            return work(*arguments)
+        finally:
+            step.seconds[name] = step.seconds.get(name, 0.0) + time.perf_counter() - start
+
+    def _outcome(self, reason: Reason, message: str = "") -> Outcome:
+        return Outcome(reason, message or reason.value, self._views, self._map.known_share())

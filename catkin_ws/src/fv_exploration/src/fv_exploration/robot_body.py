@@ -1,0 +1,116 @@
+"""The robot in its own map: points on its links, the space it occupies, and space the operator vouches for."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fv_robot_model import RobotModel, SelfFilter, SelfFilterConfig, body_voxels
+
+Array = NDArray[np.float64]
+SCENE = 0
+"""Labels of ``SelfFilter.classify``: a point of the scene ..."""
+NO_RETURN = 3
+"""... and a row of NaN."""
+
+
+class RobotBody:
+    """Kinematics and shapes of the robot, as far as the exploration needs them.
+
+    :param T_map_root: (4, 4) pose of the robot's root link in the map frame; the base does not move.
+    :param padding_m: of the self-filter.
+    """
+
+    def __init__(self, urdf_xml: str, srdf_xml: str, T_map_root: Array, padding_m: float) -> None:
+        self.model = RobotModel.from_xml(urdf_xml, srdf_xml)
+        self._T_map_root = T_map_root
+        self._filter = SelfFilter(self.model, SelfFilterConfig(padding_m=padding_m))
+
+    def joint_vector(self, positions: Mapping[str, float]) -> Array:
+        """(J,) values of all joints [rad or m]; a joint that is not named stands at 0."""
+        return np.array([positions.get(name, 0.0) for name in self.model.joint_names], dtype=float)
+
+    def drop_robot(self, points: Array, T_map_sensor: Array, positions: Mapping[str, float]) -> Array:
+        """The points (N, 3), sensor frame, that are neither the robot's own nor in the shadow of its edges."""
+        T_root_sensor = np.linalg.inv(self._T_map_root) @ T_map_sensor
+        labels = self._filter.classify(points, T_root_sensor, self.joint_vector(positions))
+        return points[(labels == SCENE) | (labels == NO_RETURN)]
+
+    def voxels(self, positions: Mapping[str, float], resolution_m: float, padding_m: float) -> Array:
+        """(N, 3) centres [m], map frame, of the voxels that the padded robot meets."""
+        q = self.joint_vector(positions)
+        return body_voxels(self.model, q, resolution_m, padding_m, T_map_root=self._T_map_root)
+
+    def base_poses(self, group: str, capability_group: str, step_rad: float) -> Array:
+        """Poses that a capability map's base can take by the joints of the group that come before it.
+
+        :return: (K, 4, 4), map frame, over a grid of at most ``step_rad`` within the joints' limits; K = 1 when the base
+            does not move.
+        """
+        arm = self.model.group(capability_group)
+        before = [name for name in self.model.group(group).joint_names if name not in arm.joint_names]
+        grids = [self._grid(name, step_rad) for name in before]
+        base = self.model.link_names.index(arm.base_link)
+        poses = [
+            self.model.forward(self.joint_vector(dict(zip(before, values, strict=True))))[base]
+            for values in itertools.product(*grids)
+        ]
+        return self._T_map_root @ np.array(poses)
+
+    def _grid(self, joint: str, step: float) -> Array:
+        limits = self.model.limits[self.model.joint_names.index(joint)]
+        count = max(2, math.ceil((limits.upper - limits.lower) / step) + 1)
+        return np.linspace(limits.lower, limits.upper, count)
+
+
+def clearance_boxes(clearance: Mapping[str, Any], pose_of: Any) -> list[tuple[Array, Array]]:
+    """Boxes (min, max) of the map frame that enclose what robot.yaml vouches for.
+
+    For drawing: of a box whose frame is turned this is the hull. What becomes free is ``clearance_voxels``.
+
+    :param pose_of: ``(frame) -> (4, 4)`` pose in the map frame.
+    """
+    boxes = []
+    for box in clearance.get("boxes", []):
+        T = pose_of(box["frame"])
+        half = np.abs(T[:3, :3]) @ (np.asarray(box["size_m"], dtype=float) / 2)
+        centre = T[:3, :3] @ np.asarray(box["center_m"], dtype=float) + T[:3, 3]
+        boxes.append((centre - half, centre + half))
+    return boxes
+
+
+def clearance_voxels(clearance: Mapping[str, Any], pose_of: Any, resolution_m: float) -> Array:
+    """(N, 3) centres [m], map frame, of the voxels that lie wholly within vouched boxes and spheres."""
+    found = [np.empty((0, 3))]
+    corner = resolution_m / 2 * np.array(list(itertools.product((-1, 1), repeat=3)))
+    for box in clearance.get("boxes", []):
+        T, half = pose_of(box["frame"]), np.asarray(box["size_m"], dtype=float) / 2
+        T_box = T @ _translation(box["center_m"])
+        centres = _grid_around(T_box[:3, 3], np.linalg.norm(half), resolution_m)
+        local = (centres[:, None] + corner - T_box[:3, 3]) @ T_box[:3, :3]
+        found.append(centres[(np.abs(local) <= half + 1e-9).all(axis=(1, 2))])
+    for sphere in clearance.get("spheres", []):
+        centre = (pose_of(sphere["frame"]) @ _translation(sphere["center_m"]))[:3, 3]
+        centres = _grid_around(centre, sphere["radius_m"], resolution_m)
+        far = np.linalg.norm(centres[:, None] + corner - centre, axis=2).max(axis=1)
+        found.append(centres[far <= sphere["radius_m"]])
+    return np.concatenate(found)
+
+
+def _grid_around(centre: Array, reach: float, resolution_m: float) -> Array:
+    """Centres of all voxels that a ball meets."""
+    low = np.floor((centre - reach) / resolution_m).astype(int)
+    high = np.floor((centre + reach) / resolution_m).astype(int) + 1
+    axes = [np.arange(a, b) for a, b in zip(low, high, strict=True)]
+    return (np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) + 0.5) * resolution_m
+
+
+def _translation(offset: Any) -> Array:
+    T = np.eye(4)
+    T[:3, 3] = offset
+    return T

@@ -1,0 +1,178 @@
+"""Who is told what happens: topics, the action's feedback, the run folder, and the octomap services."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import rospy
+from fv_msgs.msg import Evaluation, ExplorationVolume, MapUpdate, Views
+from fv_msgs.srv import Screenshot
+from numpy.typing import NDArray
+from octomap_msgs.msg import Octomap
+from octomap_msgs.srv import GetOctomap, GetOctomapResponse
+from std_msgs.msg import Header
+
+from fv_exploration import conversions
+from fv_exploration.exploration import Step
+from fv_exploration.run_folder import RunFolder
+from fv_exploration.view_choice import Candidates
+
+Array = NDArray[np.float64]
+SNAPSHOT_TIMEOUT_S = 60.0
+
+
+class MapPublisher:
+    """The one map's way to everyone else: latched topics and services, as octomap_server names them."""
+
+    def __init__(self, map_frame: str) -> None:
+        self._frame = map_frame
+        self._messages: dict[bool, Octomap] = {}
+        self._update_pub = rospy.Publisher("/fv_exploration/map", MapUpdate, queue_size=1, latch=True)
+        self._pubs = {
+            binary: rospy.Publisher(name, Octomap, queue_size=1, latch=True)
+            for binary, name in ((True, "/octomap_binary"), (False, "/octomap_full"))
+        }
+        self._services = [
+            rospy.Service("/octomap_binary", GetOctomap, lambda _request: self._answer(True)),
+            rospy.Service("/octomap_full", GetOctomap, lambda _request: self._answer(False)),
+        ]
+
+    def publish(self, occupancy_map: Any) -> None:
+        """Hand the map on under its sequence number."""
+        header = Header(frame_id=self._frame, stamp=rospy.Time.now())
+        for binary, publisher in self._pubs.items():
+            self._messages[binary] = conversions.octomap_msg(occupancy_map, header, binary)
+            publisher.publish(self._messages[binary])
+        self._update_pub.publish(conversions.map_update_msg(occupancy_map, self._messages[True]))
+
+    def _answer(self, binary: bool) -> GetOctomapResponse:
+        if binary not in self._messages:
+            raise rospy.ServiceException("there is no map yet")
+        return GetOctomapResponse(self._messages[binary])
+
+
+class RosAudience:
+    """Publishes each step, writes the run folder, and has pictures taken.
+
+    :param feedback: called with (activity, views, known share, best gain [m^3]).
+    :param camera: intrinsics that are drawn with the views.
+    :param folder: None writes nothing.
+    """
+
+    def __init__(
+        self,
+        map_frame: str,
+        camera: Any,
+        map_publisher: MapPublisher,
+        feedback: Callable[[str, int, float, float], None],
+        folder: RunFolder | None,
+        snapshot_service: str = "",
+    ) -> None:
+        self._frame = map_frame
+        self._camera = camera
+        self._map_publisher = map_publisher
+        self._feedback = feedback
+        self._folder = folder
+        self._snapshot_service = snapshot_service
+        self._started = (time.monotonic(), rospy.get_time())
+        self._views = 0
+        self._known_share = 0.0
+        self._best_gain = 0.0
+        self._last: tuple[Any, Any] | None = None
+        self._evaluation_pub = rospy.Publisher(
+            "/fv_exploration/evaluation", Evaluation, queue_size=1, latch=True
+        )
+        self._views_pub = rospy.Publisher("/fv_exploration/views", Views, queue_size=1, latch=True)
+        self._volume_pub = rospy.Publisher(
+            "/fv_exploration/volume", ExplorationVolume, queue_size=1, latch=True
+        )
+
+    def volume(self, bounds: tuple[Array, Array], clearance: list[tuple[Array, Array]]) -> None:
+        """Publish what bounds the exploration: corners (3,) [m] of the map frame."""
+        self._volume_pub.publish(conversions.volume_msg(*bounds, clearance, self._header()))
+
+    def activity(self, text: str) -> None:
+        """See ``exploration.Audience``."""
+        rospy.logdebug("%s", text)
+        self._feedback(text, self._views, self._known_share, self._best_gain)
+
+    def map_changed(self, occupancy_map: Any) -> None:
+        """See ``exploration.Audience``."""
+        self._known_share = occupancy_map.known_share()
+        self._map_publisher.publish(occupancy_map)
+
+    def evaluated(self, occupancy_map: Any, evaluation: Any, utility: Any) -> None:
+        """See ``exploration.Audience``."""
+        self._last = (occupancy_map, evaluation)
+        message = conversions.evaluation_msg(occupancy_map, evaluation, utility, self._header())
+        self._evaluation_pub.publish(message)
+
+    def decided(self, candidates: Candidates, chosen: int, step: Step) -> None:
+        """See ``exploration.Audience``."""
+        message = conversions.views_msg(candidates, chosen, self._header())
+        message.view_number = step.view
+        message.horizontal_fov = self._camera.horizontal_fov_rad
+        message.vertical_fov = self._camera.vertical_fov_rad
+        message.max_range = self._camera.max_range_m
+        self._best_gain = float(candidates.gains.max(initial=0.0))
+        self._views_pub.publish(message)
+        if self._folder and chosen >= 0:
+            pose = candidates.poses[chosen]
+            self._folder.add_view(
+                {"view": step.view, "expected_gain_m3": step.expected_gain_m3, "pose": pose.tolist()}
+            )
+        self._snapshot(step)
+
+    def view_done(self, step: Step) -> None:
+        """See ``exploration.Audience``."""
+        self._views = step.view
+        if self._folder:
+            self._folder.add_row(self._row(step))
+        rospy.loginfo(
+            "view %d: %.1f %% of the volume known, %.3f m^3 new (expected %.3f)",
+            step.view,
+            100.0 * step.known_share,
+            step.real_gain_m3,
+            step.expected_gain_m3,
+        )
+
+    def finish(self) -> None:
+        """Write the map and what was last evaluated."""
+        if self._folder and self._last:
+            self._folder.write_map(*self._last)
+
+    def _row(self, step: Step) -> dict[str, Any]:
+        wall_s, sim_s = time.monotonic() - self._started[0], rospy.get_time() - self._started[1]
+        row = {f"{name}_s": round(seconds, 4) for name, seconds in step.seconds.items()}
+        row.update(step.counts)
+        row.update(
+            view=step.view,
+            wall_s=round(wall_s, 3),
+            sim_s=round(sim_s, 3),
+            known_share=round(step.known_share, 5),
+            expected_gain_m3=round(step.expected_gain_m3, 5),
+            real_gain_m3=round(step.real_gain_m3, 5),
+            path_length_rad=round(step.path_length_rad, 4),
+            duration_s=round(step.duration_s, 3),
+        )
+        return row
+
+    def _snapshot(self, step: Step) -> None:
+        """Have a picture taken; a failure is logged and never stops the exploration."""
+        if not self._snapshot_service:
+            return
+        start = time.perf_counter()
+        try:
+            rospy.wait_for_service(self._snapshot_service, timeout=SNAPSHOT_TIMEOUT_S)
+            answer = rospy.ServiceProxy(self._snapshot_service, Screenshot)(path=f"view_{step.view:03d}.png")
+            if not answer.success:
+                rospy.logwarn("no picture of view %d: %s", step.view, answer.message)
+        except (rospy.ROSException, rospy.ServiceException) as error:
+            rospy.logwarn("no picture of view %d: %s", step.view, error)
+        step.seconds["screenshot"] = time.perf_counter() - start
+
+    def _header(self) -> Header:
+        return Header(frame_id=self._frame, stamp=rospy.Time.now())

@@ -1,0 +1,87 @@
+"""What an exploration leaves on disk. Files are written beside and renamed, so that none is ever half-written."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+COLUMNS = (
+    "view", "sim_s", "wall_s", "scan_s", "integrate_s", "evaluate_s", "choose_s", "plan_s", "move_s",
+    "screenshot_s", "occupied", "free", "unknown", "frontier", "void", "ellipsoids", "frontier_clusters",
+    "known_share", "explored_share", "expected_gain_m3", "real_gain_m3", "path_length_rad", "duration_s", "contacts",
+)  # fmt: skip
+"""Columns of metrics.csv, one row a view. Empty: not known when the row was written."""
+
+
+def write_replacing(path: Path, write: Callable[[Path], None]) -> None:
+    """Let ``write`` fill a file beside ``path`` and rename it when it is complete."""
+    beside = path.with_name(f".{path.name}.part{path.suffix}")
+    try:
+        write(beside)
+        os.replace(beside, path)
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write JSON, replacing the file as a whole."""
+    write_replacing(path, lambda beside: beside.write_text(json.dumps(content, indent=2) + "\n"))
+
+
+class RunFolder:
+    """The files of one exploration.
+
+    :param folder: existing or new.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._rows: list[dict[str, Any]] = []
+        self._views: list[dict[str, Any]] = []
+        folder.mkdir(parents=True, exist_ok=True)
+
+    @property
+    def map_path(self) -> Path:
+        return self._folder / "map.ot"
+
+    @property
+    def metrics_path(self) -> Path:
+        return self._folder / "metrics.csv"
+
+    def add_row(self, row: dict[str, Any]) -> None:
+        """Append one view's figures; keys must be among ``COLUMNS``."""
+        unknown = set(row) - set(COLUMNS)
+        if unknown:
+            raise KeyError(f"not a column of metrics.csv: {', '.join(sorted(unknown))}")
+        self._rows.append(row)
+        write_replacing(self.metrics_path, self._write_rows)
+
+    def add_view(self, view: dict[str, Any]) -> None:
+        """Append the pose and the figures of an executed view to views.json."""
+        self._views.append(view)
+        write_json(self._folder / "views.json", self._views)
+
+    def write_map(self, occupancy_map: Any, evaluation: Any) -> None:
+        """map.bt (OctoMap, three classes), map.ot (with probabilities), and map_points.npz (centres by class)."""
+        write_replacing(self._folder / "map.bt", lambda path: occupancy_map.write_bt(str(path)))
+        write_replacing(self.map_path, lambda path: occupancy_map.write_ot(str(path)))
+        points = {
+            "resolution": occupancy_map.resolution_m,
+            "free": occupancy_map.voxels("free"),
+            "occupied": occupancy_map.voxels("occupied"),
+            "frontier": evaluation.frontier,
+            "void": evaluation.void,
+        }
+        write_replacing(self._folder / "map_points.npz", lambda path: np.savez_compressed(path, **points))
+
+    def _write_rows(self, path: Path) -> None:
+        with path.open("w", newline="") as file:
+            writer = csv.DictWriter(file, COLUMNS, restval="")
+            writer.writeheader()
+            writer.writerows(self._rows)

@@ -1,0 +1,199 @@
+"""scripts/explore: start the nodes, explore, and leave a run folder that explains itself."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import datetime
+import errno
+import json
+import math
+import os
+import shutil
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from nodes import ExplorationNodes
+from progress import Progress
+from ros_session import RosSession, SessionError
+
+ROOT = Path(__file__).resolve().parents[2]
+MIN_FREE_BYTES = 200 * 2**20
+FEW_VIEWS_WALL_S = 20.0
+
+FILES = {
+    "run.json": "what was run, with which configuration and versions, and how it ended",
+    "metrics.csv": "one row a view: seconds of each step, voxels of each class, expected and real gain",
+    "map.bt": "the map as OctoMap file (free, occupied, unknown); opens in octovis",
+    "map.ot": "the same map with its occupancy probabilities",
+    "map_points.npz": "voxel centres of each class as numpy arrays",
+    "views.json": "camera poses that were chosen",
+    "screenshots": "one picture a view, and the finished map",
+    "scene.png": "the simulated world itself, as the robot never sees it",
+    "logs": "what each node said",
+}
+
+
+def parse_arguments(words: list[str]) -> argparse.Namespace:
+    """The command line, checked as far as it can be without starting anything."""
+    parser = argparse.ArgumentParser(
+        prog="scripts/explore",
+        description="Explore a simulated world with a robot arm that carries a depth camera.",
+        epilog="Ctrl-C ends the exploration and keeps what there is.",
+    )
+    parser.add_argument("--world", default="office", help="name of a world, or a YAML file (default: office)")
+    parser.add_argument("--robot", default="hubo", help="name of a robot, or its folder (default: hubo)")
+    parser.add_argument("--views", type=int, default=0, metavar="N", help="end after N views (0: no limit)")
+    parser.add_argument(
+        "--seconds", type=float, default=0.0, metavar="S", help="end after S simulated seconds"
+    )
+    parser.add_argument("--seed", type=int, default=1, help="of everything that draws at random (default: 1)")
+    parser.add_argument("--resolution", type=float, metavar="M", help="edge of a voxel [m] (default: 0.05)")
+    parser.add_argument(
+        "--config", type=Path, metavar="FILE", help="YAML over the defaults in exploration.yaml"
+    )
+    parser.add_argument(
+        "--out", type=Path, metavar="DIR", help="run folder (default: runs/<time>-<world>-<seed>)"
+    )
+    parser.add_argument("--rviz", action="store_true", help="open RViz and watch")
+    parser.add_argument("--no-screenshots", action="store_true", help="take no pictures: faster")
+    parser.add_argument(
+        "--no-truth", action="store_true", help="do not compare the map with the world at the end"
+    )
+    parser.add_argument("--port", type=int, default=0, help="of the ROS master (default: a free one)")
+    arguments = parser.parse_args(words)
+    for name in ("views", "seconds", "seed"):
+        if not math.isfinite(getattr(arguments, name)) or getattr(arguments, name) < 0:
+            raise SessionError(f"--{name} is {getattr(arguments, name)}; valid: 0 or a number above")
+    if arguments.resolution is not None and not 0.005 <= arguments.resolution <= 0.5:
+        raise SessionError(f"--resolution is {arguments.resolution}; valid: 0.005 to 0.5 (metres)")
+    if arguments.rviz and not os.environ.get("DISPLAY"):
+        raise SessionError(
+            "--rviz needs a display, and DISPLAY is not set; leave it out: pictures are taken anyway"
+        )
+    return arguments
+
+
+def make_run_folder(arguments: argparse.Namespace) -> Path:
+    """A new, empty folder with room in it."""
+    stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
+    world = Path(arguments.world).stem
+    folder = (arguments.out or ROOT / "runs" / f"{stamp}-{world}-{arguments.seed}").resolve()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if any(folder.iterdir()):
+            raise SessionError(f"the run folder {folder} is not empty; name another one with --out")
+        (folder / "screenshots").mkdir()
+    except OSError as error:
+        raise SessionError(f"cannot write the run folder {folder}: {error.strerror}") from error
+    free = shutil.disk_usage(folder).free
+    if free < MIN_FREE_BYTES:
+        raise SessionError(
+            f"only {free // 2**20} MiB are free for the run folder {folder}; 200 MiB are needed"
+        )
+    return folder
+
+
+def explore(arguments: argparse.Namespace, folder: Path) -> dict[str, Any]:
+    """Run one exploration; the content of run.json."""
+    started = time.monotonic()
+    with RosSession(folder / "logs", arguments.port) as session:
+        nodes = ExplorationNodes(session, arguments, folder)
+        progress = Progress()
+        progress.say(f"starting the nodes (ROS master on port {session.port})")
+        nodes.start()
+        result = nodes.run_exploration(progress)
+        if not arguments.no_screenshots:
+            progress.say("taking the last pictures")
+            nodes.last_pictures()
+        contacts = nodes.contacts()
+        world = nodes.world
+    record = {
+        "world": arguments.world,
+        "robot": arguments.robot,
+        "seed": arguments.seed,
+        "result": result["status"],
+        "reason": result["reason"],
+        "views": result["views"],
+        "known_share": result["known_share"],
+        "explored_share": None,
+        "contacts": contacts,
+        "wall_s": round(time.monotonic() - started, 2),
+        "sim_s": round(result["sim_s"], 2),
+        "resolution_m": nodes.config["map"]["resolution_m"],
+        "bounds_min": world["bounds"]["min_m"],
+        "bounds_max": world["bounds"]["max_m"],
+        "config": nodes.config,
+        "versions": nodes.versions(),
+    }
+    if not arguments.no_truth and (folder / "map_points.npz").exists():
+        progress.say("comparing the map with the world")
+        with contextlib.suppress(KeyboardInterrupt):
+            record["truth"] = nodes.truth(progress)
+            record["explored_share"] = record["truth"].get("explored_share")
+    progress.end()
+    return record
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write beside and rename."""
+    beside = path.with_suffix(".part")
+    beside.write_text(json.dumps(content, indent=2, default=str) + "\n")
+    beside.replace(path)
+
+
+def write_readme(folder: Path) -> None:
+    """One line for each thing that is in the run folder."""
+    lines = [f"{name:16} {text}" for name, text in FILES.items() if (folder / name).exists()]
+    (folder / "README.txt").write_text("What is in this folder:\n\n" + "\n".join(lines) + "\n")
+
+
+def summary(record: dict[str, Any], folder: Path) -> str:
+    """What a person wants to know at the end."""
+    explored = record["explored_share"]
+    seen = "" if explored is None else f", {100 * explored:.1f} % of what its camera can see at all"
+    lines = [
+        f"Ended after {record['views']} views in {record['wall_s']:.0f} s: {record['reason']}.",
+        f"Known: {100 * record['known_share']:.1f} % of the volume{seen}. Contacts with the world: {record['contacts']}.",
+    ]
+    truth = record.get("truth")
+    if truth:
+        lines.append(
+            f"Against the truth: {100 * truth['free_in_solid_share']:.3f} % of the free voxels lie inside solids, "
+            f"{100 * truth['occupied_far_share']:.2f} % of the occupied ones away from any surface."
+        )
+    return "\n".join([*lines, f"Results: {folder} (README.txt says what is what)"])
+
+
+def run(words: list[str]) -> int:
+    """The whole command; the exit code."""
+    arguments = parse_arguments(words)
+    folder = make_run_folder(arguments)
+    try:
+        record = explore(arguments, folder)
+        write_json(folder / "run.json", record)
+    finally:
+        write_readme(folder)
+    print(summary(record, folder))
+    return 0 if record["result"] in ("COMPLETE", "VIEW_BUDGET", "TIME_BUDGET", "CANCELLED") else 1
+
+
+def main() -> int:
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    try:
+        return run(sys.argv[1:])
+    except SessionError as error:
+        print(f"explore: {error}", file=sys.stderr)
+    except OSError as error:
+        full = error.errno in (errno.ENOSPC, errno.EDQUOT)
+        print(f"explore: {'the disk is full' if full else error}", file=sys.stderr)
+    except KeyboardInterrupt:
+        print("explore: interrupted before the exploration began", file=sys.stderr)
+    return 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,281 @@
+"""scripts/test: style gates, gtest, pytest and rostest, counted together."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import xml.etree.ElementTree as ElementTree
+from dataclasses import dataclass, field
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = ROOT / "catkin_ws" / "src"
+BUILD = ROOT / "catkin_ws" / "build"
+DEVEL = ROOT / "catkin_ws" / "devel"
+SLOW_S = 20.0
+SUITE_TIMEOUT_S = 1500.0
+
+
+@dataclass
+class Tally:
+    """Counts of test cases, and what a person has to know about those that did not pass."""
+
+    passed: int = 0
+    failed: int = 0
+    skipped: list[str] = field(default_factory=list)
+    failures: list[str] = field(default_factory=list)
+    slow: list[tuple[float, str]] = field(default_factory=list)
+
+    def fail(self, what: str) -> None:
+        self.failed += 1
+        self.failures.append(what)
+
+    def add_junit(self, path: Path, suite: str, exit_code: int) -> None:
+        """Count the cases of a JUnit file; a missing or empty one, or an unexplained exit code, is a failure."""
+        failed_before = self.failed
+        try:
+            cases = list(ElementTree.parse(path).getroot().iter("testcase"))
+        except (OSError, ElementTree.ParseError):
+            cases = []
+        if not cases:
+            self.fail(f"{suite}: left no test results (exit code {exit_code})")
+            return
+        for case in cases:
+            self._add_case(case, suite)
+        if exit_code != 0 and self.failed == failed_before:
+            self.fail(f"{suite}: ended with code {exit_code} although no test case failed")
+
+    def _add_case(self, case: ElementTree.Element, suite: str) -> None:
+        name = f"{suite}: {case.get('classname', '')}.{case.get('name', '')}"
+        problem = next((child for child in case if child.tag in ("failure", "error")), None)
+        skip = case.find("skipped")
+        if problem is not None:
+            self.fail(f"{name}: {(problem.get('message') or problem.text or '').strip()[:400]}")
+        elif skip is not None or case.get("status") == "notrun":
+            self.skipped.append(f"{name}: {skip.get('message', '') if skip is not None else 'not run'}")
+        else:
+            self.passed += 1
+        seconds = float(case.get("time") or 0.0)
+        if seconds >= SLOW_S:
+            self.slow.append((seconds, name))
+
+
+def run(command: list[str], log: Path, **options) -> int:
+    """Run a command in a process group of its own, output into a log; the exit code. The group is ended with it."""
+    with log.open("wb") as output:
+        process = subprocess.Popen(
+            command,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            stdin=subprocess.DEVNULL,
+            start_new_session=True,
+            **options,
+        )
+        try:
+            return process.wait(SUITE_TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            return 124
+        finally:
+            for how in (signal.SIGTERM, signal.SIGKILL):
+                try:
+                    os.killpg(process.pid, how)
+                except ProcessLookupError:
+                    break
+                time.sleep(0.2)
+
+
+def packages() -> list[str]:
+    """Names of the packages of this workspace."""
+    return sorted(path.parent.name for path in SOURCES.glob("*/package.xml"))
+
+
+def files_under_version_control(*patterns: str) -> list[str]:
+    """Tracked files, for the gates that look at our own code only."""
+    command = ["git", "-C", str(ROOT), "ls-files", "-co", "--exclude-standard", "--", *patterns]
+    listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split("\n")
+    return [str(ROOT / name) for name in listed if name and (ROOT / name).exists()]
+
+
+def check_gates(tally: Tally, work: Path) -> None:
+    """Style gates: each is one test case."""
+    python = [
+        name
+        for name in files_under_version_control(
+            "*.py", "catkin_ws/src/*/nodes/*", "catkin_ws/src/*/scripts/*"
+        )
+        if Path(name).suffix == ".py" or Path(name).read_bytes().startswith(b"#!/usr/bin/env python3")
+    ]
+    cpp = files_under_version_control("*.cpp", "*.hpp", "*.h")
+    gates = {
+        "ruff check": ["ruff", "check", "--output-format", "concise", *python],
+        "ruff format": ["ruff", "format", "--check", *python],
+        "clang-format": ["clang-format", "--dry-run", "--Werror", *cpp],
+        "catkin_lint": ["/usr/bin/catkin_lint", "--quiet", "-W1", "--strict", str(SOURCES)],
+        "YAML": [sys.executable, "-c", CHECK_YAML, *files_under_version_control("*.yaml", "*.yml")],
+    }
+    for name, command in gates.items():
+        log = work / f"gate-{name.replace(' ', '-')}.log"
+        if run(command, log, cwd=ROOT) == 0:
+            tally.passed += 1
+        else:
+            tally.fail(f"gate {name}:\n{log.read_text(errors='replace')[-3000:]}")
+
+
+CHECK_YAML = "import sys, yaml\nfor name in sys.argv[1:]: list(yaml.safe_load_all(open(name)))"
+
+
+def gtest_programs() -> list[tuple[str, Path]]:
+    """(package, executable) of every gtest that the build declares, built or not."""
+    listed = subprocess.run(
+        ["ctest", "--test-dir", str(BUILD), "-N"], capture_output=True, text=True, check=True
+    )
+    found = re.findall(r"_ctest_(\w+?)_gtest_(\w+)", listed.stdout)
+    known = packages()
+    return [(package, DEVEL / "lib" / package / name) for package, name in found if package in known]
+
+
+def run_gtests(tally: Tally, work: Path, only: list[str]) -> None:
+    """Every gtest program, one after the other."""
+    for package, program in gtest_programs():
+        if package not in only:
+            continue
+        suite = f"{package}/{program.name}"
+        if not program.exists():
+            tally.fail(f"{suite}: was not built")
+            continue
+        report = work / f"{package}-{program.name}.xml"
+        code = run([str(program), f"--gtest_output=xml:{report}"], work / f"{program.name}.log", cwd=work)
+        tally.add_junit(report, suite, code)
+
+
+def run_pytests(tally: Tally, work: Path, only: list[str]) -> None:
+    """The pytest files of every package, and of the scripts, in one process each."""
+    folders = {name: SOURCES / name / "test" for name in only} | {"scripts": ROOT / "scripts" / "test"}
+    for name, folder in folders.items():
+        if not list(folder.rglob("test_*.py")):
+            continue
+        report = work / f"{name}-pytest.xml"
+        command = [
+            sys.executable,
+            "-m",
+            "pytest",
+            "--import-mode=importlib",
+            f"--junitxml={report}",
+            str(folder),
+        ]
+        command += ["-p", "no:cacheprovider"]
+        code = run(command, work / f"{name}-pytest.log", cwd=ROOT)
+        tally.add_junit(report, f"{name}/pytest", code)
+
+
+def run_rostests(tally: Tally, work: Path, only: list[str]) -> None:
+    """Every .test file, each with a master of its own."""
+    for name in only:
+        for launch in sorted((SOURCES / name / "test").glob("*.test")):
+            home = work / f"{name}-{launch.stem}"
+            home.mkdir()
+            environment = dict(
+                os.environ, ROS_HOME=str(home), ROS_LOG_DIR=str(home / "log"), ROS_HOSTNAME="localhost"
+            )
+            environment.pop("ROS_MASTER_URI", None)
+            code = run(["rostest", name, launch.name], work / f"{name}-{launch.stem}.log", env=environment)
+            reports = [path for path in home.glob("test_results/**/*.xml") if "rostest-" not in path.name]
+            if not reports:
+                tally.fail(f"{name}/{launch.name}: left no test results (exit code {code})")
+            for report in reports:
+                tally.add_junit(report, f"{name}/{launch.name}", code)
+
+
+def run_sanitized(tally: Tally, work: Path, only: list[str]) -> None:
+    """The gtests of the C++ cores once more, built with address and undefined-behaviour sanitizers."""
+    build, devel = ROOT / ".setup" / "sanitized" / "build", ROOT / ".setup" / "sanitized" / "devel"
+    cores = [name for name in only if "FV_SANITIZE" in (SOURCES / name / "CMakeLists.txt").read_text()]
+    command = [
+        "catkin_make",
+        *("-C", str(ROOT / "catkin_ws"), "--build", str(build)),
+        f"-DCATKIN_DEVEL_PREFIX={devel}",
+        f"-DCATKIN_WHITELIST_PACKAGES={';'.join(['control_msgs', 'octomap_msgs', 'fv_msgs', *cores])}",
+        *("-DCMAKE_BUILD_TYPE=RelWithDebInfo", "-DFV_SANITIZE=ON", "-DCATKIN_ENABLE_TESTING=ON"),
+        f"-DPYTHON_EXECUTABLE={sys.executable}",
+        *("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache", "-j2", "tests"),
+    ]
+    log = work / "sanitized-build.log"
+    if run(command, log) != 0:
+        tally.fail(f"build with sanitizers:\n{log.read_text(errors='replace')[-2000:]}")
+        return
+    for package, program in gtest_programs():
+        if package in cores:
+            report = work / f"sanitized-{program.name}.xml"
+            sanitized = devel / "lib" / package / program.name
+            code = run(
+                [str(sanitized), f"--gtest_output=xml:{report}"], work / f"sanitized-{program.name}.log"
+            )
+            tally.add_junit(report, f"sanitized {package}/{program.name}", code)
+
+
+def parse_arguments(words: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="scripts/test", description="Run every test of the workspace.")
+    parser.add_argument("packages", nargs="*", metavar="PACKAGE", help="only these packages (default: all)")
+    parser.add_argument("--fast", action="store_true", help="skip the rostests")
+    parser.add_argument(
+        "--sanitize", action="store_true", help="run the C++ tests under ASan and UBSan instead of all else"
+    )
+    parser.add_argument("--logs", type=Path, metavar="DIR", help="keep logs and reports here")
+    arguments = parser.parse_args(words)
+    unknown = sorted(set(arguments.packages) - set(packages()))
+    if unknown:
+        parser.error(f"no such package: {', '.join(unknown)}; valid: {', '.join(packages())}")
+    return arguments
+
+
+def report(tally: Tally) -> int:
+    """Print what happened; the exit code."""
+    for seconds, name in sorted(tally.slow, reverse=True):
+        print(f"slow: {seconds:6.1f} s  {name}")
+    for text in tally.skipped:
+        print(f"skipped: {text}")
+    for text in tally.failures:
+        print(f"FAILED {text}")
+    if tally.skipped:
+        print(f"{len(tally.skipped)} skipped, named above")
+    print(f"{tally.passed} passed, {tally.failed} failed")
+    return 1 if tally.failed or not tally.passed else 0
+
+
+def main() -> int:
+    arguments = parse_arguments(sys.argv[1:])
+    only = arguments.packages or packages()
+    stages = {
+        "style gates": lambda t, w, _only: check_gates(t, w),
+        "gtest": run_gtests,
+        "pytest": run_pytests,
+    }
+    if not arguments.fast:
+        stages["rostest"] = run_rostests
+    if arguments.sanitize:
+        stages = {"gtest with sanitizers": run_sanitized}
+    work = Path(tempfile.mkdtemp(prefix="fv-test-"))
+    tally = Tally()
+    try:
+        for name, stage in stages.items():
+            start, before = time.monotonic(), (tally.passed, tally.failed)
+            print(f"{name} ...", flush=True)
+            stage(tally, work, only)
+            counts = f"{tally.passed - before[0]} passed, {tally.failed - before[1]} failed"
+            print(f"  stage {name} took {time.monotonic() - start:.0f} s ({counts})", flush=True)
+        return report(tally)
+    finally:
+        if arguments.logs:
+            shutil.copytree(work, arguments.logs, dirs_exist_ok=True)
+        shutil.rmtree(work, ignore_errors=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
