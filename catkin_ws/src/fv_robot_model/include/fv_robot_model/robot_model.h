@@ -32,7 +32,7 @@ struct Group {
   std::string base_link;  ///< Empty unless the group is one chain.
   std::string tip_link;   ///< Empty unless the group is one chain.
   std::vector<std::string> joint_names;
-  std::vector<int> joint_indices;  ///< Into RobotModel::jointNames(); along the chain, base first.
+  std::vector<int> joint_indices;  ///< Into RobotModel::jointNames(), ascending.
   std::vector<int> moved_links;    ///< Indices of all links that any of its joints moves, ascending: with the
                                    ///< waist in the group, the other arm too. Mimics of its joints count.
   bool isChain() const { return !tip_link.empty(); }
@@ -79,7 +79,7 @@ class RobotModel {
   /// @throws UnknownNameError listing the valid names.
   const Group& group(const std::string& name) const;
   /// Named poses of a group, each with the values of group.joint_indices in that order.
-  const std::map<std::string, Eigen::VectorXd>& namedStates(const std::string& group) const;
+  std::map<std::string, Eigen::VectorXd> namedStates(const std::string& group) const;
   /// Pairs of links whose contact the SRDF declares harmless; each pair sorted by name.
   const std::vector<LinkPair>& disabledPairs() const { return disabled_pairs_; }
 
@@ -135,7 +135,13 @@ class RobotModel {
 
  private:
   friend class RobotModelBuilder;
+  /// A link of a chain group and the place of its joint's value in q_group (-1: fixed).
+  struct ChainStep {
+    int link;
+    int place;
+  };
   RobotModel() = default;
+  const std::vector<ChainStep>& chainSteps(const Group& group) const;
 
   std::string name_;
   std::vector<std::string> joint_names_;
@@ -144,8 +150,8 @@ class RobotModel {
   std::vector<Link> links_;
   std::vector<std::vector<Shape>> shapes_;
   std::map<std::string, Group> groups_;
-  std::map<std::string, std::vector<int>>
-      chain_links_;  ///< Of each chain group: links after the base, base first.
+  std::map<std::string, std::vector<ChainStep>>
+      chain_steps_;  ///< Of each chain: links after the base, in order.
   std::map<std::string, std::map<std::string, Eigen::VectorXd>> states_;
   std::vector<LinkPair> disabled_pairs_;
 };
