@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import datetime
 import errno
 import json
@@ -19,10 +18,10 @@ from typing import Any
 from nodes import ExplorationNodes
 from progress import Progress
 from ros_session import RosSession, SessionError
+from truth import compare_with_world
 
 ROOT = Path(__file__).resolve().parents[2]
 MIN_FREE_BYTES = 200 * 2**20
-FEW_VIEWS_WALL_S = 20.0
 
 FILES = {
     "run.json": "what was run, with which configuration and versions, and how it ended",
@@ -30,6 +29,7 @@ FILES = {
     "map.bt": "the map as OctoMap file (free, occupied, unknown); opens in octovis",
     "map.ot": "the same map with its occupancy probabilities",
     "map_points.npz": "voxel centres of each class as numpy arrays",
+    "known_since.npz": "for each voxel of the volume, the view at which it became known (-1: never)",
     "views.json": "camera poses that were chosen",
     "screenshots": "one picture a view, and the finished map",
     "scene.png": "the simulated world itself, as the robot never sees it",
@@ -97,43 +97,32 @@ def make_run_folder(arguments: argparse.Namespace) -> Path:
     return folder
 
 
-def explore(arguments: argparse.Namespace, folder: Path) -> dict[str, Any]:
+def explore(arguments: argparse.Namespace, nodes: ExplorationNodes, folder: Path) -> dict[str, Any]:
     """Run one exploration; the content of run.json."""
     started = time.monotonic()
+    progress = Progress()
     with RosSession(folder / "logs", arguments.port) as session:
-        nodes = ExplorationNodes(session, arguments, folder)
-        progress = Progress()
         progress.say(f"starting the nodes (ROS master on port {session.port})")
-        nodes.start()
+        nodes.start(session, folder, progress)
         result = nodes.run_exploration(progress)
-        if not arguments.no_screenshots:
-            progress.say("taking the last pictures")
-            nodes.last_pictures()
         contacts = nodes.contacts()
-        world = nodes.world
+        if not arguments.no_screenshots:
+            progress.say("taking the last picture")
+            nodes.last_picture()
     record = {
         "world": arguments.world,
         "robot": arguments.robot,
         "seed": arguments.seed,
-        "result": result["status"],
-        "reason": result["reason"],
-        "views": result["views"],
-        "known_share": result["known_share"],
         "explored_share": None,
         "contacts": contacts,
         "wall_s": round(time.monotonic() - started, 2),
-        "sim_s": round(result["sim_s"], 2),
-        "resolution_m": nodes.config["map"]["resolution_m"],
-        "bounds_min": world["bounds"]["min_m"],
-        "bounds_max": world["bounds"]["max_m"],
-        "config": nodes.config,
-        "versions": nodes.versions(),
+        **result,
+        **nodes.description(),
     }
     if not arguments.no_truth and (folder / "map_points.npz").exists():
         progress.say("comparing the map with the world")
-        with contextlib.suppress(KeyboardInterrupt):
-            record["truth"] = nodes.truth(progress)
-            record["explored_share"] = record["truth"].get("explored_share")
+        record["truth"] = compare_with_world(nodes, folder)
+        record["explored_share"] = record["truth"]["explored_share"]
     progress.end()
     return record
 
@@ -157,7 +146,8 @@ def summary(record: dict[str, Any], folder: Path) -> str:
     seen = "" if explored is None else f", {100 * explored:.1f} % of what its camera can see at all"
     lines = [
         f"Ended after {record['views']} views in {record['wall_s']:.0f} s: {record['reason']}.",
-        f"Known: {100 * record['known_share']:.1f} % of the volume{seen}. Contacts with the world: {record['contacts']}.",
+        f"Known: {100 * record['known_share']:.1f} % of the volume{seen}.",
+        f"Contacts with the world: {record['contacts']}.",
     ]
     truth = record.get("truth")
     if truth:
@@ -171,9 +161,10 @@ def summary(record: dict[str, Any], folder: Path) -> str:
 def run(words: list[str]) -> int:
     """The whole command; the exit code."""
     arguments = parse_arguments(words)
+    nodes = ExplorationNodes(arguments)
     folder = make_run_folder(arguments)
     try:
-        record = explore(arguments, folder)
+        record = explore(arguments, nodes, folder)
         write_json(folder / "run.json", record)
     finally:
         write_readme(folder)

@@ -49,7 +49,7 @@ class RobotBody:
     def base_poses(self, group: str, capability_group: str, step_rad: float) -> Array:
         """Poses that a capability map's base can take by the joints of the group that come before it.
 
-        :return: (K, 4, 4), map frame, over a grid of at most ``step_rad`` within the joints' limits; K = 1 when the base
+        :return: (K, 4, 4), map frame, over a grid of at most ``step_rad`` within the limits; K = 1 when the base
             does not move.
         """
         arm = self.model.group(capability_group)

@@ -131,6 +131,7 @@ class RosAudience:
         self._views = step.view
         if self._folder:
             self._folder.add_row(self._row(step))
+            self._folder.note_known(step.view, self._last[0])
         rospy.loginfo(
             "view %d: %.1f %% of the volume known, %.3f m^3 new (expected %.3f)",
             step.view,

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from fv_exploration.known_since import KnownSince
+
 COLUMNS = (
     "view", "sim_s", "wall_s", "scan_s", "integrate_s", "evaluate_s", "choose_s", "plan_s", "move_s",
     "screenshot_s", "occupied", "free", "unknown", "frontier", "void", "ellipsoids", "frontier_clusters",
@@ -44,6 +46,7 @@ class RunFolder:
         self._folder = folder
         self._rows: list[dict[str, Any]] = []
         self._views: list[dict[str, Any]] = []
+        self._known_since: KnownSince | None = None
         folder.mkdir(parents=True, exist_ok=True)
 
     @property
@@ -67,8 +70,16 @@ class RunFolder:
         self._views.append(view)
         write_json(self._folder / "views.json", self._views)
 
+    def note_known(self, view: int, occupancy_map: Any) -> None:
+        """Remember which voxels the map knows after this view."""
+        if self._known_since is None:
+            self._known_since = KnownSince(
+                occupancy_map.bounds_min, occupancy_map.bounds_max, occupancy_map.resolution_m
+            )
+        self._known_since.update(view, occupancy_map.classify)
+
     def write_map(self, occupancy_map: Any, evaluation: Any) -> None:
-        """map.bt (OctoMap, three classes), map.ot (with probabilities), and map_points.npz (centres by class)."""
+        """map.bt (OctoMap, three classes), map.ot (with probabilities), and map_points.npz (centres by class), known_since.npz."""
         write_replacing(self._folder / "map.bt", lambda path: occupancy_map.write_bt(str(path)))
         write_replacing(self.map_path, lambda path: occupancy_map.write_ot(str(path)))
         points = {
@@ -79,6 +90,9 @@ class RunFolder:
             "void": evaluation.void,
         }
         write_replacing(self._folder / "map_points.npz", lambda path: np.savez_compressed(path, **points))
+
+        if self._known_since is not None:
+            write_replacing(self._folder / "known_since.npz", self._known_since.write)
 
     def _write_rows(self, path: Path) -> None:
         with path.open("w", newline="") as file:

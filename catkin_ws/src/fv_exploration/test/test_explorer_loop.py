@@ -1,0 +1,236 @@
+"""The whole exploration without ROS: a flying camera in a box with a shelf, on the real map and evaluation."""
+
+import math
+
+import numpy as np
+import pytest
+
+from fv_exploration import (
+    EvaluationConfig,
+    Evaluator,
+    MapConfig,
+    OccupancyMap,
+    PinholeCamera,
+    ScanConfig,
+    view_gain,
+)
+from fv_exploration.exploration import Exploration, ExplorationError, Plan, Reason, Scan
+from fv_exploration.explore_config import ExploreConfig, config_from_dict
+from fv_exploration.known_since import NEVER, KnownSince
+from fv_exploration.reachable_views import ReachableViews
+from fv_exploration.view_choice import ViewChooser
+
+ROOM = (np.array([-1.0, -1.0, 0.0]), np.array([1.0, 1.0, 2.0]))
+SHELF = (np.array([0.5, -0.4, 0.0]), np.array([0.9, 0.4, 1.0]))
+RESOLUTION_M = 0.1
+CAMERA = PinholeCamera(
+    width=64,
+    height=48,
+    horizontal_fov_rad=math.radians(58),
+    vertical_fov_rad=math.radians(45),
+    min_range_m=0.05,
+    max_range_m=3.0,
+)
+
+
+def ray_lengths(origin: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """Distance [m] along unit rays to the shelf from outside or the room from inside."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        room = np.maximum((ROOM[0] - origin) / directions, (ROOM[1] - origin) / directions)
+        near = np.minimum((SHELF[0] - origin) / directions, (SHELF[1] - origin) / directions)
+        far = np.maximum((SHELF[0] - origin) / directions, (SHELF[1] - origin) / directions)
+    enter, leave = near.max(axis=1), far.min(axis=1)
+    shelf = np.where((enter <= leave) & (enter > 0), enter, np.inf)
+    return np.minimum(room.min(axis=1), shelf)
+
+
+def pixel_rays() -> np.ndarray:
+    """Unit vectors of all pixel centres, optical frame."""
+    u = (np.arange(CAMERA.width) + 0.5) / CAMERA.width * 2 - 1
+    v = (np.arange(CAMERA.height) + 0.5) / CAMERA.height * 2 - 1
+    x, y = np.meshgrid(u * math.tan(CAMERA.horizontal_fov_rad / 2), v * math.tan(CAMERA.vertical_fov_rad / 2))
+    rays = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], axis=1)
+    return rays / np.linalg.norm(rays, axis=1, keepdims=True)
+
+
+class FlyingCamera:
+    """A robot that goes where it is sent, unless it is told to fail."""
+
+    def __init__(self, plans_fail: bool = False, motions_fail: bool = False, blind: bool = False) -> None:
+        self.pose = np.eye(4)
+        self.pose[:3, :3] = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
+        self.pose[:3, 3] = [-0.4, 0.0, 1.0]
+        self.plans_fail, self.motions_fail, self.blind = plans_fail, motions_fail, blind
+        self.time_s = 0.0
+        self.visited = []
+        self.map_sequences = []
+
+    def now_s(self) -> float:
+        return self.time_s
+
+    def scan(self) -> Scan:
+        if self.blind:
+            raise ExplorationError("no cloud")
+        rays = pixel_rays()
+        lengths = ray_lengths(self.pose[:3, 3], rays @ self.pose[:3, :3].T)
+        return Scan(rays * lengths[:, None], self.pose)
+
+    def plan(self, poses, scores, map_sequence, seed) -> Plan:
+        self.map_sequences.append(map_sequence)
+        if self.plans_fail:
+            return Plan(None, -1, "no path")
+        return Plan(poses[0], 0, "", 2.0, 1.0)
+
+    def execute(self, plan) -> str:
+        self.time_s += 2.0
+        if self.motions_fail:
+            return "stuck"
+        self.pose = plan.trajectory
+        self.visited.append(self.pose)
+        return ""
+
+
+class Listener:
+    """Remembers what it was told."""
+
+    def __init__(self) -> None:
+        self.steps, self.chosen = [], []
+
+    def activity(self, text):
+        pass
+
+    def map_changed(self, occupancy_map):
+        pass
+
+    def evaluated(self, occupancy_map, evaluation, utility):
+        pass
+
+    def decided(self, candidates, chosen, step):
+        self.chosen.append(chosen)
+
+    def view_done(self, step):
+        self.steps.append(step)
+
+
+class AnyPose:
+    """A capability map of something that reaches every direction within 0.35 m."""
+
+    radius = 0.05
+
+    def __init__(self) -> None:
+        grid = np.arange(-0.3, 0.31, 0.1)
+        self.centres = np.stack(np.meshgrid(grid, grid, grid), -1).reshape(-1, 3)
+        random = np.random.default_rng(0).normal(size=(40, 3))
+        self.directions = random / np.linalg.norm(random, axis=1, keepdims=True)
+        self.valid = np.ones((len(self.centres), 40), dtype=bool)
+
+    def query(self, positions, directions, interpolate=True):
+        return (np.linalg.norm(positions, axis=1) < 0.7).astype(np.float32)
+
+
+def make(robot: FlyingCamera, **stop):
+    config = config_from_dict(
+        ExploreConfig,
+        {
+            "map": {"resolution_m": RESOLUTION_M},
+            "views": {"sampled": 300, "utility_voxels": 40, "min_gain_m3": 0.05},
+            "stop": {"max_views": 25, **stop},
+        },
+    )
+    occupancy_map = OccupancyMap(
+        MapConfig(**vars(config.map), bounds_min=tuple(ROOM[0]), bounds_max=tuple(ROOM[1]))
+    )
+    evaluator = Evaluator(occupancy_map, EvaluationConfig())
+    base = np.eye(4)
+    base[:3, 3] = [-0.4, 0.0, 1.0]
+    chooser = ViewChooser(
+        config.views,
+        ReachableViews(AnyPose(), base[None]),
+        lambda poses: view_gain(occupancy_map, evaluator, poses, CAMERA),
+        occupancy_map.classify,
+    )
+    scan_config = ScanConfig(min_range_m=0.05, max_range_m=3.0)
+    listener = Listener()
+    exploration = Exploration(occupancy_map, evaluator, chooser, scan_config, robot, listener, config, seed=3)
+    return exploration, occupancy_map, listener
+
+
+def test_a_room_is_explored_until_nothing_is_left():
+    exploration, occupancy_map, listener = make(FlyingCamera())
+    outcome = exploration.run()
+    assert outcome.reason is Reason.COMPLETE
+    assert outcome.views >= 3
+    assert outcome.known_share > 0.8
+    shares = [step.known_share for step in listener.steps]
+    assert shares == sorted(shares)
+    assert len(listener.steps) == outcome.views + 1, "the first scan is a step of its own"
+    assert all(step.expected_gain_m3 > 0 for step in listener.steps[1:])
+    wall = occupancy_map.classify(np.array([[0.55, 0.05, 0.5], [-0.4, 0.0, 1.0]]))
+    assert wall.tolist() == [1, 0]
+
+
+def test_equal_seeds_give_equal_views():
+    robots = [FlyingCamera(), FlyingCamera()]
+    for robot in robots:
+        make(robot, max_views=5)[0].run()
+    assert np.array_equal(np.array(robots[0].visited), np.array(robots[1].visited))
+
+
+def test_every_plan_is_asked_for_on_the_newest_map():
+    robot = FlyingCamera()
+    exploration, occupancy_map, _ = make(robot, max_views=4)
+    exploration.run()
+    assert robot.map_sequences == sorted(robot.map_sequences)
+    assert robot.map_sequences[-1] <= occupancy_map.sequence
+
+
+def test_the_view_budget_ends_it():
+    outcome = make(FlyingCamera(), max_views=2)[0].run()
+    assert (outcome.reason, outcome.views) == (Reason.VIEW_BUDGET, 2)
+
+
+def test_the_time_budget_ends_it():
+    outcome = make(FlyingCamera(), max_seconds=5.0)[0].run()
+    assert (outcome.reason, outcome.views) == (Reason.TIME_BUDGET, 3)
+
+
+def test_a_cancelled_exploration_says_so_and_keeps_its_map():
+    asked = []
+    outcome = make(FlyingCamera())[0].run(stop=lambda: len(asked) > 5 or bool(asked.append(1)))
+    assert outcome.reason is Reason.CANCELLED
+    assert outcome.known_share > 0
+
+
+def test_views_that_cannot_be_planned_end_it_without_a_motion():
+    robot = FlyingCamera(plans_fail=True)
+    outcome = make(robot)[0].run()
+    assert (outcome.reason, outcome.views) == (Reason.COMPLETE, 0)
+    assert robot.visited == []
+
+
+def test_motions_that_keep_failing_are_a_failure():
+    outcome = make(FlyingCamera(motions_fail=True))[0].run()
+    assert outcome.reason is Reason.FAILED
+    assert "stuck" in outcome.message
+
+
+def test_a_camera_without_clouds_is_a_failure_that_says_why():
+    outcome = make(FlyingCamera(blind=True))[0].run()
+    assert outcome.reason is Reason.FAILED
+    assert "no cloud" in outcome.message
+
+
+def test_known_since_remembers_the_first_view(tmp_path):
+    known = KnownSince(np.zeros(3), np.array([0.2, 0.1, 0.1]), 0.1)
+    known.update(1, lambda centres: np.where(centres[:, 0] < 0.1, 0, -1).astype(np.int8))
+    known.update(2, lambda centres: np.zeros(len(centres), dtype=np.int8))
+    known.write(tmp_path / "known.npz")
+    assert np.load(tmp_path / "known.npz")["view"].ravel().tolist() == [1, 2]
+    never = KnownSince(np.zeros(3), np.array([0.1, 0.1, 0.1]), 0.1)
+    never.write(tmp_path / "never.npz")
+    assert np.load(tmp_path / "never.npz")["view"].ravel().tolist() == [NEVER]
+
+
+@pytest.mark.parametrize("reason", list(Reason))
+def test_every_reason_is_a_sentence(reason):
+    assert len(reason.value.split()) >= 2

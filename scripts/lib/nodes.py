@@ -1,0 +1,196 @@
+"""The nodes of an exploration, and what a script asks of them."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import importlib.metadata
+import subprocess
+import time
+from pathlib import Path
+from typing import Any
+
+import actionlib
+import rospy
+import yaml
+from actionlib_msgs.msg import GoalStatus
+from fv_msgs.msg import Box, Contacts, ExploreAction, ExploreGoal, ExploreResult
+from fv_msgs.srv import Screenshot
+from geometry_msgs.msg import Point
+from progress import Progress, bar
+from ros_session import RosSession, SessionError
+
+from fv_exploration.explore_config import ConfigError, ExploreConfig, config_from_dict
+from hubo_description import RobotDescriptionError, load_robot
+from hubo_sim.errors import SimError
+from hubo_sim.worlds import load_world
+
+ROOT = Path(__file__).resolve().parents[2]
+STATUS_NAMES = {
+    getattr(ExploreResult, name): name
+    for name in ("COMPLETE", "VIEW_BUDGET", "TIME_BUDGET", "CANCELLED", "FAILED")
+}
+CANCEL_TIMEOUT_S = 60.0
+PICTURE_TIMEOUT_S = 60.0
+
+
+def read_config(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Explorer parameters: the shipped defaults, a user's file over them, the command line over both."""
+    values = yaml.safe_load((ROOT / "catkin_ws/src/fv_exploration/config/exploration.yaml").read_text())
+    if arguments.config:
+        try:
+            overlay = yaml.safe_load(arguments.config.read_text()) or {}
+        except (OSError, yaml.YAMLError) as error:
+            raise SessionError(f"--config {arguments.config}: {error}") from error
+        for section, content in overlay.items():
+            known = isinstance(content, dict) and isinstance(values.get(section), dict)
+            values[section] = {**values[section], **content} if known else content
+    if arguments.resolution:
+        values["map"]["resolution_m"] = arguments.resolution
+    if not arguments.no_screenshots:
+        values["snapshot_service"] = "/fv_viz/screenshot"
+    try:
+        config_from_dict(ExploreConfig, values)
+    except ConfigError as error:
+        raise SessionError(f"exploration parameters: {error}") from error
+    return values
+
+
+class ExplorationNodes:
+    """Starts what an exploration needs, runs it, and asks for pictures, contacts and the truth.
+
+    :param arguments: the command line of scripts/explore.
+    :raises SessionError: for an unknown world or robot, or a broken file, before anything is started.
+    """
+
+    def __init__(self, arguments: argparse.Namespace) -> None:
+        self._arguments = arguments
+        self._session: RosSession | None = None
+        self.config = read_config(arguments)
+        try:
+            self.robot = load_robot(arguments.robot)
+            self.world = load_world(arguments.world)
+        except (RobotDescriptionError, SimError) as error:
+            raise SessionError(str(error)) from error
+        camera = self.robot.sensors[self.robot.config["exploration"]["camera"]]
+        self.config["scan"]["cloud_topic"] = f"{camera['topic']}/depth/points"
+        self.config["scan"]["trigger_service"] = f"{camera['topic']}/trigger"
+
+    def start(self, session: RosSession, folder: Path, progress: Progress) -> None:
+        """Start every node; results go to the folder."""
+        self._session = session
+        arguments = self._arguments
+        self._require_capability_map(progress)
+        rospy.init_node("explore_script", anonymous=True, disable_signals=True)
+        rospy.set_param("/use_sim_time", True)
+        rospy.set_param("/fv_exploration/config", self.config)
+        rospy.set_param("/fv_exploration/out_dir", str(folder))
+        session.run_once("hubo_description", "upload_robot", "--robot", arguments.robot)
+        session.rosrun("robot_state_publisher", "robot_state_publisher")
+        session.rosrun(
+            "hubo_sim",
+            "sim_node",
+            *(f"_world:={arguments.world}", f"_seed:={arguments.seed}"),
+            *("_lockstep:=true", "_real_time_factor:=0"),
+        )
+        session.wait_until(lambda: session.has_publisher("/joint_states"), "the simulator", 60.0)
+        session.rosrun("ompl_planner", "planner_node")
+        session.rosrun("fv_exploration", "explore_node")
+        if arguments.rviz or not arguments.no_screenshots:
+            session.rosrun("fv_viz", "viz_node")
+        if not arguments.no_screenshots:
+            session.rosrun("fv_viz", "screenshot_node", f"_out_dir:={folder / 'screenshots'}")
+        if arguments.rviz:
+            config = ROOT / "catkin_ws/src/fv_viz/rviz/exploration.rviz"
+            session.rosrun("rviz", "rviz", "-d", str(config))
+
+    def run_exploration(self, progress: Progress) -> dict[str, Any]:
+        """Explore to the end, or until Ctrl-C; a dictionary of how it ended."""
+        client = actionlib.SimpleActionClient("/explore", ExploreAction)
+        self._session.wait_until(
+            lambda: client.wait_for_server(rospy.Duration(0.1)), "the exploration node", 60.0
+        )
+        started_s = rospy.get_time()
+        client.send_goal(self._goal(), feedback_cb=lambda feedback: progress.show(self._line(feedback)))
+        try:
+            self._watch(client)
+        except KeyboardInterrupt:
+            progress.say("stopping; what there is will be kept")
+            client.cancel_goal()
+            self._watch(client, CANCEL_TIMEOUT_S)
+        result: ExploreResult = client.get_result()
+        return {
+            "result": STATUS_NAMES[result.status],
+            "reason": result.message,
+            "views": result.views,
+            "known_share": round(result.known_share, 5),
+            "sim_s": round(rospy.get_time() - started_s, 2),
+        }
+
+    def last_picture(self) -> None:
+        """The finished map; a picture that fails is said and does no harm."""
+        with contextlib.suppress(rospy.ROSException, rospy.ServiceException):
+            rospy.wait_for_service("/fv_viz/screenshot", timeout=PICTURE_TIMEOUT_S)
+            rospy.ServiceProxy("/fv_viz/screenshot", Screenshot)(path="finished.png")
+
+    def contacts(self) -> int:
+        """Physics steps in which the robot touched anything."""
+        return int(rospy.wait_for_message("/hubo_sim/contacts", Contacts, timeout=10.0).total)
+
+    def description(self) -> dict[str, Any]:
+        """The part of run.json that says what was run."""
+        bounds = self.world.bounds
+        return {
+            "resolution_m": self.config["map"]["resolution_m"],
+            "bounds_min": list(map(float, bounds.min_m)),
+            "bounds_max": list(map(float, bounds.max_m)),
+            "config": self.config,
+            "versions": self._versions(),
+        }
+
+    def _versions(self) -> dict[str, str]:
+        """What the figures of this run depend on."""
+        commit = subprocess.run(
+            ["git", "-C", str(ROOT), "describe", "--always", "--dirty"], capture_output=True, text=True
+        )
+        names = ("numpy", "scipy", "pybullet", "toppra")
+        return {
+            "workspace": commit.stdout.strip() or "unknown",
+            **{name: importlib.metadata.version(name) for name in names},
+        }
+
+    def _require_capability_map(self, progress: Progress) -> None:
+        """Build the arm's capability map where set-up has not done so."""
+        exploration = self.robot.config["exploration"]
+        progress.say(f"capability map of {self.robot.config['name']}'s {exploration['capability_group']}")
+        self._session.run_once(
+            "capability_map",
+            "build",
+            *("--robot", self._arguments.robot, "--group", exploration["capability_group"], "--coarse"),
+        )
+
+    def _goal(self) -> ExploreGoal:
+        bounds = self.world.bounds
+        return ExploreGoal(
+            bounds=Box(Point(*bounds.min_m), Point(*bounds.max_m)),
+            max_views=self._arguments.views,
+            max_seconds=self._arguments.seconds,
+            seed=self._arguments.seed,
+        )
+
+    def _watch(self, client: actionlib.SimpleActionClient, timeout_s: float = float("inf")) -> None:
+        """Wait for the result; SessionError when a node dies meanwhile."""
+        deadline = time.monotonic() + timeout_s
+        while client.get_result() is None or client.get_state() in (GoalStatus.PENDING, GoalStatus.ACTIVE):
+            self._session.require_alive()
+            if time.monotonic() > deadline:
+                raise SessionError(f"the exploration did not end; logs are in {self._session.log_dir}")
+            time.sleep(0.1)
+
+    @staticmethod
+    def _line(feedback: Any) -> str:
+        share = feedback.known_share
+        return (
+            f"view {feedback.views:3d} {bar(share)} {100 * share:5.1f} % known  "
+            f"best gain {feedback.best_gain:.3f} m^3  {feedback.activity}"
+        )

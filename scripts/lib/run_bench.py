@@ -1,0 +1,104 @@
+"""scripts/bench: every speed and memory claim as a ratio against a reference measured in the same run."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import json
+import sys
+import time
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+COLUMNS = (
+    "bench",
+    "case",
+    "ours",
+    "reference",
+    "reference_name",
+    "unit",
+    "ratio",
+    "spread",
+    "runs",
+    "target",
+    "met",
+)
+
+
+def available() -> dict[str, Path]:
+    """Name and file of every bench: ``<package>/bench/<name>.py`` with ``run(quick) -> rows``."""
+    files = sorted((ROOT / "catkin_ws" / "src").glob("*/bench/*.py"))
+    return {path.stem: path for path in files if "def run(" in path.read_text()}
+
+
+def load(path: Path) -> ModuleType:
+    """A bench module; its folder is on the path for what its neighbours share."""
+    sys.path.insert(0, str(path.parent))
+    spec = importlib.util.spec_from_file_location(f"bench_{path.stem}", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+def shown(value: Any) -> str:
+    """A table cell."""
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return "yes" if value else "NO"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return str(value)
+
+
+def print_table(rows: list[dict[str, Any]]) -> None:
+    """Rows as aligned columns."""
+    table = [COLUMNS, *[tuple(shown(row.get(column)) for column in COLUMNS) for row in rows]]
+    widths = [max(len(line[i]) for line in table) for i in range(len(COLUMNS))]
+    for line in table:
+        print("  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip())
+
+
+def parse_arguments(words: list[str]) -> argparse.Namespace:
+    benches = available()
+    parser = argparse.ArgumentParser(prog="scripts/bench", description=__doc__.split(": ", 1)[1])
+    parser.add_argument("names", nargs="*", metavar="NAME", help=f"default: all of {', '.join(benches)}")
+    parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows as a JSON list too")
+    parser.add_argument(
+        "--quick", action="store_true", help="fewer runs and smaller sizes: a check, not a figure"
+    )
+    arguments = parser.parse_args(words)
+    unknown = [name for name in arguments.names if name not in benches]
+    if unknown:
+        parser.error(f"no such bench: {', '.join(unknown)}; valid: {', '.join(benches)}")
+    return arguments
+
+
+def write_rows(path: Path, rows: list[dict[str, Any]]) -> None:
+    beside = path.with_name(path.name + ".part")
+    beside.write_text(json.dumps(rows, indent=1) + "\n")
+    beside.replace(path)
+
+
+def main() -> int:
+    arguments = parse_arguments(sys.argv[1:])
+    benches = available()
+    rows: list[dict[str, Any]] = []
+    for name in arguments.names or list(benches):
+        start = time.monotonic()
+        print(f"measuring {name} ...", flush=True)
+        rows += load(benches[name]).run(arguments.quick)
+        print(f"  {name} took {time.monotonic() - start:.0f} s", flush=True)
+        if arguments.json:
+            write_rows(arguments.json, rows)
+    print_table(rows)
+    missed = [row for row in rows if row.get("met") is False]
+    print(f"{len(rows)} rows, {len(missed)} below their target")
+    return 1 if missed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
