@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import datetime
 import errno
-import json
 import math
 import os
 import shutil
@@ -19,6 +18,8 @@ from nodes import ExplorationNodes
 from progress import Progress
 from ros_session import RosSession, SessionError
 from truth import compare_with_world
+
+from fv_exploration.run_folder import write_json
 
 ROOT = Path(__file__).resolve().parents[2]
 MIN_FREE_BYTES = 200 * 2**20
@@ -125,13 +126,6 @@ def explore(arguments: argparse.Namespace, nodes: ExplorationNodes, folder: Path
         record["explored_share"] = record["truth"]["explored_share"]
     progress.end()
     return record
-
-
-def write_json(path: Path, content: Any) -> None:
-    """Write beside and rename."""
-    beside = path.with_suffix(".part")
-    beside.write_text(json.dumps(content, indent=2, default=str) + "\n")
-    beside.replace(path)
 
 
 def write_readme(folder: Path) -> None:

@@ -14,6 +14,7 @@ from pathlib import Path
 
 START_TIMEOUT_S = 30.0
 STOP_TIMEOUT_S = 8.0
+MASTER = "rosmaster"
 
 
 class SessionError(RuntimeError):
@@ -55,7 +56,7 @@ class Node:
 
 @dataclass
 class RosSession:
-    """roscore on a port of its own, and nodes started with rosrun.
+    """A ROS master on a port of its own, and nodes started with rosrun.
 
     Use as a context manager. Every process is the leader of its own process group and is ended with that group:
     interrupt first, then terminate, then kill.
@@ -81,7 +82,8 @@ class RosSession:
             PYTHONUNBUFFERED="1",
         )
         os.environ.update({key: self.environment[key] for key in self.environment if key.startswith("ROS_")})
-        self._start("roscore", ["roscore", "-p", str(self.port)])
+        # roscore itself would start this in a process group of its own, out of reach of our signals.
+        self._start(MASTER, ["rosmaster", "--core", "-p", str(self.port)])
         try:
             self.wait_until(self._master_answers, "the ROS master")
         except BaseException:
@@ -138,10 +140,10 @@ class RosSession:
     def close(self) -> None:
         """End every process, the last started first."""
         for how, wait_s in ((signal.SIGINT, STOP_TIMEOUT_S), (signal.SIGTERM, 3.0), (signal.SIGKILL, 3.0)):
-            master_last = [node for node in reversed(self.nodes) if node.name != "roscore"]
+            master_last = [node for node in reversed(self.nodes) if node.name != MASTER]
             self._signal_and_wait(master_last, how, wait_s)
         for how in (signal.SIGINT, signal.SIGKILL):
-            self._signal_and_wait([node for node in self.nodes if node.name == "roscore"], how, 5.0)
+            self._signal_and_wait([node for node in self.nodes if node.name == MASTER], how, 5.0)
         self.nodes.clear()
 
     def stop(self, node: Node) -> None:

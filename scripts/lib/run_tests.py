@@ -157,7 +157,9 @@ def run_gtests(tally: Tally, work: Path, only: list[str]) -> None:
 
 def run_pytests(tally: Tally, work: Path, only: list[str]) -> None:
     """The pytest files of every package, and of the scripts, in one process each."""
-    folders = {name: SOURCES / name / "test" for name in only} | {"scripts": ROOT / "scripts" / "test"}
+    folders = {name: SOURCES / name / "test" for name in only} | {
+        "scripts": ROOT / "scripts" / "lib" / "tests"
+    }
     for name, folder in folders.items():
         if not list(folder.rglob("test_*.py")):
             continue

@@ -146,6 +146,7 @@ class Exploration:
         self._seed = seed
         self._views = 0
         self._failed_motions = 0
+        self._unplanned = (0, "")  # views of this decision that the planner refused, and its last words
 
     def run(self, stop: Callable[[], bool] = lambda: False) -> Outcome:
         """Explore until something ends it; ``stop`` is asked between the steps and cancels."""
@@ -168,7 +169,7 @@ class Exploration:
             step = Step(view=self._views + 1)
             plan = self._next_motion(step, scan.T_map_sensor, utility, stop)
             if plan is None:
-                return self._outcome(Reason.CANCELLED if stop() else Reason.COMPLETE)
+                return self._outcome(Reason.CANCELLED) if stop() else self._complete()
             self._timed(step, "move", "moving", self._move, plan, step)
 
     def _integrate(self, scan: Scan, step: Step) -> None:
@@ -198,6 +199,7 @@ class Exploration:
         """A planned motion to the best view that can be reached; None when there is nothing left to see or do."""
         seed = self._seed + self._views
         self._timed(step, "choose", "judging views", self._chooser.prepare, seed, T_map_sensor, utility)
+        self._unplanned = (0, "")
         for attempt in range(self._config.motion.max_rounds):
             candidates = self._timed(step, "choose", "choosing the next view", self._chooser.shortlist)
             if len(candidates) == 0 or stop():
@@ -208,6 +210,7 @@ class Exploration:
             if plan.trajectory is not None:
                 self._accept(plan, candidates, step)
                 return plan
+            self._unplanned = (self._unplanned[0] + len(candidates), plan.message)
             self._audience.activity(f"no motion to these views: {plan.message}")
             self._chooser.reject(candidates)
         return None
@@ -248,6 +251,15 @@ class Exploration:
             return work(*arguments)
         finally:
             step.seconds[name] = step.seconds.get(name, 0.0) + time.perf_counter() - start
+
+    def _complete(self) -> Outcome:
+        count, message = self._unplanned
+        refused = (
+            f"; the planner found no motion to the {count} best views that were left: {message}"
+            if count
+            else ""
+        )
+        return self._outcome(Reason.COMPLETE, Reason.COMPLETE.value + refused)
 
     def _outcome(self, reason: Reason, message: str = "") -> Outcome:
         return Outcome(reason, message or reason.value, self._views, self._map.known_share())

@@ -1,0 +1,6 @@
+"""The scripts' library is not a package: put it on the path."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -1,0 +1,64 @@
+"""scripts/explore with input that cannot work: one clear line, non-zero exit, nothing left behind."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+EXPLORE = Path(__file__).parents[1] / "explore.py"
+
+
+def explore(*words: str, **environment: str) -> subprocess.CompletedProcess:
+    return subprocess.run(
+        [sys.executable, str(EXPLORE), *words],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env={**os.environ, **environment},
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--world", "atlantis"], "shelf"),
+        (["--robot", "r2d2"], "hubo"),
+        (["--resolution", "7"], "0.005 to 0.5"),
+        (["--views", "-1"], "--views is -1"),
+        (["--config", "/nowhere.yaml"], "/nowhere.yaml"),
+        (["--out", "/proc/run"], "/proc/run"),
+    ],
+)
+def test_bad_input_is_one_line_that_says_what_would_be_valid(words, said, tmp_path):
+    out = [] if "--out" in words else ["--out", str(tmp_path / "run")]
+    done = explore(*words, *out)
+    assert done.returncode == 1
+    assert said in done.stderr
+    assert done.stderr.startswith("explore: ")
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert not (tmp_path / "run").exists()
+
+
+def test_an_unknown_parameter_is_named(tmp_path):
+    config = tmp_path / "mine.yaml"
+    config.write_text("map: {resolution: 0.05}\n")
+    done = explore("--config", str(config), "--out", str(tmp_path / "run"))
+    assert done.returncode == 1
+    assert "map.resolution" in done.stderr
+    assert "resolution_m" in done.stderr
+
+
+def test_rviz_without_a_display_is_refused():
+    done = explore("--rviz", DISPLAY="")
+    assert done.returncode == 1
+    assert "display" in done.stderr
+
+
+def test_a_folder_with_results_in_it_is_not_touched(tmp_path):
+    (tmp_path / "precious").write_text("results")
+    done = explore("--out", str(tmp_path))
+    assert done.returncode == 1
+    assert "not empty" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["precious"]
