@@ -11,6 +11,9 @@ PYBIND11_MODULE(_core, m) {
   py::register_exception<UnknownNameError>(m, "UnknownNameError", PyExc_ValueError);
   bindShapes(m);
   bindRobotModel(m);
+  bindSelfCollision(m);
+  bindSelfFilter(m);
+  bindSpace(m);
 #ifdef FV_ROBOT_MODEL_HAS_IK
   bindIk(m);
 #endif

@@ -19,8 +19,8 @@ struct SelfCollisionConfig {
 /// Contact between links by FCL, behind bounding spheres and boxes.
 ///
 /// Never checked: pairs that the SRDF disables, pairs that no joint moves against each other. Stateless after
-/// construction: all queries are const, may run in many threads at once, and do not allocate while links are
-/// apart. The model is copied into what is needed; it may go away.
+/// construction: all queries are const and may run in many threads at once. What is needed of the model is
+/// copied, so the model may go away; copies of the checker share that.
 class SelfCollision {
  public:
   /// Every pair of links. @throws std::invalid_argument unless padding_m is finite and not negative.

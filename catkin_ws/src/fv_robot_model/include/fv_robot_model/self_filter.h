@@ -63,6 +63,8 @@ class SelfFilter {
   const std::vector<Body>& bodies() const { return bodies_; }
 
  private:
+  void addLink(const RobotModel& model, int index, const SelfFilterConfig& config);
+
   std::size_t link_count_{0};
   double shadow_m_{0.0};
   std::vector<Body> bodies_;
