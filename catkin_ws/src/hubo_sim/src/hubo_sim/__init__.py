@@ -1,0 +1,1 @@
+"""A pybullet world as a ROS node, and the truth about it."""

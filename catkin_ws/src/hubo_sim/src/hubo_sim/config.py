@@ -1,0 +1,84 @@
+"""Configuration of the simulator node; the defaults live here and config/sim.yaml documents them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from hubo_sim.errors import SimError
+
+RENDERERS = ("auto", "egl", "tiny")
+
+
+def check_keys(values: dict[str, Any], cls: type, where: str) -> None:
+    """Raise SimError naming the keys of `values` that dataclass `cls` does not have."""
+    known = [field.name for field in dataclasses.fields(cls)]
+    unknown = sorted(set(values) - set(known))
+    if unknown:
+        raise SimError(f"{where}: unknown key {', '.join(unknown)}; known: {', '.join(known)}")
+
+
+def from_mapping(cls: type, values: Any, where: str) -> Any:
+    """Build dataclass `cls` from a mapping; SimError names an unknown, missing or badly typed key."""
+    if not isinstance(values, dict):
+        raise SimError(f"{where}: a mapping is needed, got {type(values).__name__}")
+    check_keys(values, cls, where)
+    try:
+        return cls(**values)
+    except SimError as err:
+        raise SimError(f"{where}: {err}") from err
+    except TypeError as err:
+        raise SimError(f"{where}: {str(err).replace('__init__() ', '')}") from err
+
+
+def number(value: Any, name: str, low: float = -math.inf, high: float = math.inf) -> float:
+    """`value` as a finite float within [low, high], else SimError."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise SimError(f"{name} must be a finite number, got {value!r}")
+    if not low <= value <= high:
+        raise SimError(f"{name} must be within [{low}, {high}], got {value!r}")
+    return float(value)
+
+
+@dataclass(frozen=True)
+class SimConfig:
+    """Parameters of sim_node; meanings and units are in config/sim.yaml."""
+
+    world: str = "empty"
+    seed: int = 0
+    lockstep: bool = False
+    real_time_factor: float = 1.0
+    physics_rate_hz: float = 240.0
+    clock_rate_hz: float = 100.0
+    joint_state_rate_hz: float = 50.0
+    renderer: str = "auto"
+    noise: bool = True
+    free_running_sensors: bool | None = None
+    self_collision: bool = True
+    start_pose: str = ""
+    world_frame: str = "world"
+    goal_grace_s: float = 0.1
+    rest_speed_rad_s: float = 0.005
+    rest_time_s: float = 0.1
+    settle_timeout_s: float = 3.0
+
+    def __post_init__(self) -> None:
+        number(self.real_time_factor, "real_time_factor", 0.0, 1e4)
+        for name in ("physics_rate_hz", "clock_rate_hz", "joint_state_rate_hz"):
+            number(getattr(self, name), name, 1.0, 1e4)
+        for name in ("goal_grace_s", "rest_speed_rad_s", "rest_time_s", "settle_timeout_s"):
+            number(getattr(self, name), name, 0.0, 1e3)
+        if self.renderer not in RENDERERS:
+            raise SimError(f"renderer must be one of {', '.join(RENDERERS)}, got {self.renderer!r}")
+        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
+            raise SimError(f"seed must be a non-negative integer, got {self.seed!r}")
+        for name in ("lockstep", "noise", "self_collision"):
+            if not isinstance(getattr(self, name), bool):
+                raise SimError(f"{name} must be true or false, got {getattr(self, name)!r}")
+
+    @property
+    def scans_run_free(self) -> bool:
+        """Whether sensors publish at their own rate: always, except in lockstep unless asked for."""
+        return not self.lockstep if self.free_running_sensors is None else self.free_running_sensors

@@ -1,0 +1,175 @@
+"""ROS messages from and to plain data; pure, and the only place where it is done."""
+
+from __future__ import annotations
+
+import numpy as np
+from control_msgs.msg import FollowJointTrajectoryGoal, JointTolerance, JointTrajectoryControllerState
+from fv_msgs.msg import Contacts
+from geometry_msgs.msg import Pose, TransformStamped
+from rospy import Duration, Time
+from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2, PointField
+from std_msgs.msg import Header
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from hubo_sim.render import Pinhole
+from hubo_sim.simulator import ContactLog
+from hubo_sim.spline import JointSample
+from hubo_sim.trajectory_goal import Tolerance, TrajectoryGoal
+from hubo_sim.transforms import quaternion_of, transform
+
+_POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<u4")])
+
+
+def time_from_ns(ns: int) -> Time:
+    """ROS time of whole nanoseconds."""
+    return Time(ns // 1_000_000_000, ns % 1_000_000_000)
+
+
+def header(stamp: Time, frame: str) -> Header:
+    """A header without sequence number; rospy counts it."""
+    return Header(stamp=stamp, frame_id=frame)
+
+
+def cloud_msg(points: np.ndarray, rgb: np.ndarray, head: Header) -> PointCloud2:
+    """Organised cloud of points (H, W, 3) float32 [m], NaN = no return, and rgb (H, W, 3) uint8."""
+    height, width = points.shape[:2]
+    data = np.empty((height, width), _POINT)
+    for i, axis in enumerate("xyz"):
+        data[axis] = points[..., i]
+    channels = rgb.astype(np.uint32)
+    data["rgb"] = (channels[..., 0] << 16) | (channels[..., 1] << 8) | channels[..., 2]
+    fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate(("x", "y", "z", "rgb"))]
+    return PointCloud2(
+        header=head,
+        height=height,
+        width=width,
+        fields=fields,
+        is_bigendian=False,
+        point_step=_POINT.itemsize,
+        row_step=_POINT.itemsize * width,
+        data=data.tobytes(),
+        is_dense=False,
+    )
+
+
+def points_from_cloud(msg: PointCloud2) -> np.ndarray:
+    """(H, W, 3) float32 points of a cloud as `cloud_msg` makes them."""
+    data = np.frombuffer(msg.data, _POINT).reshape(msg.height, msg.width)
+    return np.stack([data["x"], data["y"], data["z"]], axis=-1)
+
+
+def depth_msg(depth: np.ndarray, head: Header) -> Image:
+    """32FC1 image of depth (H, W) float32 [m], NaN = no return (REP 118)."""
+    height, width = depth.shape
+    data = np.ascontiguousarray(depth, "<f4").tobytes()
+    return Image(header=head, height=height, width=width, encoding="32FC1", step=4 * width, data=data)
+
+
+def color_msg(rgb: np.ndarray, head: Header) -> Image:
+    """rgb8 image of (H, W, 3) uint8."""
+    height, width = rgb.shape[:2]
+    data = np.ascontiguousarray(rgb).tobytes()
+    return Image(header=head, height=height, width=width, encoding="rgb8", step=3 * width, data=data)
+
+
+def camera_info_msg(camera: Pinhole, head: Header) -> CameraInfo:
+    """Calibration of an undistorted pinhole."""
+    fx, fy, cx, cy = camera.fx, camera.fy, camera.cx, camera.cy
+    return CameraInfo(
+        header=head,
+        width=camera.width,
+        height=camera.height,
+        distortion_model="plumb_bob",
+        D=[0.0] * 5,
+        K=[fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0],
+        R=[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
+        P=[fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
+    )
+
+
+def joint_state_msg(names: list[str], state: tuple[np.ndarray, ...], stamp: Time) -> JointState:
+    """Positions, velocities and efforts, (J,) each."""
+    position, velocity, effort = (values.tolist() for values in state)
+    return JointState(header(stamp, ""), list(names), position, velocity, effort)
+
+
+def transform_msg(T_parent_child: np.ndarray, parent: str, child: str, stamp: Time) -> TransformStamped:
+    """A stamped transform of a (4, 4) matrix."""
+    out = TransformStamped(header=header(stamp, parent), child_frame_id=child)
+    move, turn = out.transform.translation, out.transform.rotation
+    move.x, move.y, move.z = T_parent_child[:3, 3]
+    turn.x, turn.y, turn.z, turn.w = quaternion_of(T_parent_child)
+    return out
+
+
+def pose_msg(T: np.ndarray) -> Pose:
+    """A pose of a (4, 4) matrix."""
+    out = Pose()
+    out.position.x, out.position.y, out.position.z = T[:3, 3]
+    out.orientation.x, out.orientation.y, out.orientation.z, out.orientation.w = quaternion_of(T)
+    return out
+
+
+def transform_from_pose(pose: Pose) -> np.ndarray:
+    """(4, 4) matrix of a pose. Raises ValueError when it is not finite or the quaternion is not of unit length."""
+    p, q = pose.position, pose.orientation
+    values = np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])
+    if not np.all(np.isfinite(values)) or abs(np.linalg.norm(values[3:]) - 1.0) > 1e-3:
+        raise ValueError("pose must be finite with a unit quaternion")
+    return transform(values[:3], values[3:])
+
+
+def contacts_msg(contacts: ContactLog, stamp: Time, frame: str) -> Contacts:
+    """Contacts of the last step and their count so far."""
+    return Contacts(header(stamp, frame), contacts.total, contacts.pairs, contacts.depths)
+
+
+def goal_from_trajectory(msg: JointTrajectory) -> TrajectoryGoal:
+    """A trajectory message as plain data."""
+    return TrajectoryGoal(
+        joint_names=list(msg.joint_names),
+        times_s=[point.time_from_start.to_sec() for point in msg.points],
+        positions=[list(point.positions) for point in msg.points],
+        velocities=[list(point.velocities) for point in msg.points],
+        accelerations=[list(point.accelerations) for point in msg.points],
+        stamp_s=msg.header.stamp.to_sec(),
+    )
+
+
+def goal_from_action(msg: FollowJointTrajectoryGoal) -> TrajectoryGoal:
+    """An action goal with its tolerances as plain data."""
+    plain = goal_from_trajectory(msg.trajectory)
+    return TrajectoryGoal(
+        **{
+            **vars(plain),
+            "path_tolerance": _tolerances(msg.path_tolerance),
+            "goal_tolerance": _tolerances(msg.goal_tolerance),
+            "goal_time_tolerance_s": msg.goal_time_tolerance.to_sec(),
+        }
+    )
+
+
+def _tolerances(msgs: list[JointTolerance]) -> dict[str, Tolerance]:
+    return {msg.name: Tolerance(msg.position, msg.velocity, msg.acceleration) for msg in msgs}
+
+
+def point_msg(sample: JointSample, time_from_start_s: float = 0.0) -> JointTrajectoryPoint:
+    """A trajectory point of a sample."""
+    return JointTrajectoryPoint(
+        positions=sample.position.tolist(),
+        velocities=sample.velocity.tolist(),
+        accelerations=sample.acceleration.tolist(),
+        time_from_start=Duration.from_sec(time_from_start_s),
+    )
+
+
+def controller_state_msg(
+    names: list[str], desired: JointSample, error: JointSample, stamp: Time
+) -> JointTrajectoryControllerState:
+    """What a controller wants, what it measures and how far they are apart (desired minus actual)."""
+    actual = JointSample(
+        desired.position - error.position, desired.velocity - error.velocity, np.zeros_like(error.position)
+    )
+    return JointTrajectoryControllerState(
+        header(stamp, ""), list(names), point_msg(desired), point_msg(actual), point_msg(error)
+    )

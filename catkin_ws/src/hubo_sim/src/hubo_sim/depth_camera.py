@@ -1,0 +1,97 @@
+"""A depth camera on a link of the robot: what it would measure now."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hubo_sim.config import from_mapping, number
+from hubo_sim.errors import SimError
+from hubo_sim.noise import DepthNoise, NoiseConfig
+from hubo_sim.render import Pinhole, take_picture
+from hubo_sim.scene import Scene
+from hubo_sim.sim_robot import SimRobot
+
+# Things nearer than this are not drawn; what is between it and min_range_m hides what is behind and returns nothing.
+_NEAR_M = 0.01
+_FAR_MARGIN_M = 0.5
+
+
+@dataclass(frozen=True)
+class DepthCameraConfig:
+    """A `type: depth_camera` entry of sensors.yaml. The range limits speak of depth along the optical axis."""
+
+    type: str
+    link: str
+    optical_frame: str
+    topic: str
+    width: int
+    height: int
+    horizontal_fov_deg: float
+    vertical_fov_deg: float
+    min_range_m: float
+    max_range_m: float
+    rate_hz: float = 5.0
+    noise: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("width", "height"):
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 4096:
+                raise SimError(f"{name} must be a whole number of pixels within [1, 4096], got {value!r}")
+        for name in ("horizontal_fov_deg", "vertical_fov_deg"):
+            number(getattr(self, name), name, 1.0, 170.0)
+        number(self.rate_hz, "rate_hz", 0.01, 1000.0)
+        number(self.min_range_m, "min_range_m", _NEAR_M)
+        number(self.max_range_m, "max_range_m", self.min_range_m)
+        from_mapping(NoiseConfig, self.noise, "noise")
+
+    @property
+    def pinhole(self) -> Pinhole:
+        """The ideal camera behind it."""
+        return Pinhole(
+            self.width, self.height, np.radians(self.horizontal_fov_deg), np.radians(self.vertical_fov_deg)
+        )
+
+
+@dataclass(frozen=True)
+class DepthScan:
+    """One measurement: depth (H, W) float32 [m], NaN = no return; rgb (H, W, 3) uint8."""
+
+    depth: np.ndarray
+    rgb: np.ndarray
+
+
+class DepthCamera:
+    """Measures the scene from the optical frame's true pose; the robot itself is seen too."""
+
+    def __init__(
+        self, name: str, content: dict[str, Any], robot: SimRobot, noise: bool = True, seed: int = 0
+    ) -> None:
+        self.name = name
+        self.config: DepthCameraConfig = from_mapping(DepthCameraConfig, content, f"sensors.yaml: {name}")
+        self.pinhole = self.config.pinhole
+        self._robot = robot
+        self._rays = self.pinhole.rays().astype(np.float32)
+        noise_config = from_mapping(NoiseConfig, self.config.noise, f"sensors.yaml: {name}: noise")
+        self._noise = DepthNoise(noise_config, self.pinhole, seed) if noise else None
+        robot.link_pose(self.config.optical_frame)  # fail at start when it does not exist
+
+    def pose(self) -> np.ndarray:
+        """T_world_optical (4, 4), true."""
+        return self._robot.link_pose(self.config.optical_frame)
+
+    def scan(self, scene: Scene, number: int) -> DepthScan:
+        """Measure now. The noise depends on the seed and on `number` only."""
+        limits = self.config
+        picture = take_picture(scene, self.pinhole, self.pose(), _NEAR_M, limits.max_range_m + _FAR_MARGIN_M)
+        depth = picture.depth if self._noise is None else self._noise.apply(picture.depth, number)
+        with np.errstate(invalid="ignore"):
+            in_range = (depth >= limits.min_range_m) & (depth <= limits.max_range_m)
+        return DepthScan(np.where(in_range, depth, np.nan).astype(np.float32), picture.rgb)
+
+    def points(self, depth: np.ndarray) -> np.ndarray:
+        """(H, W, 3) float32 points in the optical frame of a depth image, NaN where it is NaN."""
+        return self._rays * depth[..., None]

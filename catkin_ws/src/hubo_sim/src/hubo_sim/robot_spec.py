@@ -1,0 +1,93 @@
+"""What the simulator needs to know of a robot, whoever tells it: parameter server or hubo_description."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass, field
+from typing import Any
+
+from hubo_sim.errors import SimError
+from hubo_sim.paths import resolve_file
+
+# Links without inertia (optical frames and the like) get this one: Bullet would give them 1 kg otherwise.
+_TINY_MASS_KG = 1e-3
+_TINY_INERTIA = 1e-6
+
+
+@dataclass(frozen=True)
+class RobotSpec:
+    """A robot as data, in the form of docs/interfaces.md, 'A robot is a folder'."""
+
+    urdf_xml: str
+    srdf_xml: str = ""
+    config: dict[str, Any] = field(default_factory=dict)  # robot.yaml
+    sensors: dict[str, dict[str, Any]] = field(default_factory=dict)  # sensors.yaml
+    controllers: dict[str, dict[str, Any]] = field(default_factory=dict)  # full name -> parameters
+    joint_limits: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    @property
+    def base_link(self) -> str:
+        """Name of the link that is tied to the world; the URDF's root when robot.yaml names none."""
+        return self.config.get("base_link") or root_link(self.urdf_xml)
+
+    @property
+    def base_height_m(self) -> float:
+        """Height of the base link above the floor on which the robot stands."""
+        return float(self.config.get("base_height_m", 0.0))
+
+    def group_state(self, name: str) -> dict[str, float]:
+        """Joint positions [rad, m] of a named SRDF pose. Raises SimError listing the names."""
+        states: dict[str, dict[str, float]] = {}
+        for state in _parse(self.srdf_xml or "<robot/>", "SRDF").iter("group_state"):
+            values = {j.get("name"): float(j.get("value", "0").split()[0]) for j in state.iter("joint")}
+            states.setdefault(state.get("name"), {}).update(values)
+        if name not in states:
+            raise SimError(f"unknown pose {name!r}; the SRDF has: {', '.join(sorted(states)) or 'none'}")
+        return states[name]
+
+    def start_positions(self, start_pose: str = "") -> dict[str, float]:
+        """Joint positions at the start: of `start_pose`, else of robot.yaml's exploration.start_pose, else none."""
+        name = start_pose or (self.config.get("exploration") or {}).get("start_pose", "")
+        return self.group_state(name) if name else {}
+
+    def disabled_pairs(self) -> list[tuple[str, str]]:
+        """Link pairs that the SRDF takes out of self-collision."""
+        pairs = _parse(self.srdf_xml or "<robot/>", "SRDF").iter("disable_collisions")
+        return [(pair.get("link1"), pair.get("link2")) for pair in pairs]
+
+
+def _parse(xml: str, what: str) -> ET.Element:
+    try:
+        return ET.fromstring(xml)
+    except ET.ParseError as err:
+        raise SimError(f"broken {what}: {err}") from err
+
+
+def root_link(urdf_xml: str) -> str:
+    """The link that is nobody's child. Raises SimError unless there is exactly one."""
+    robot = _parse(urdf_xml, "URDF")
+    children = {joint.find("child").get("link") for joint in robot.findall("joint")}
+    roots = [link.get("name") for link in robot.findall("link") if link.get("name") not in children]
+    if len(roots) != 1:
+        raise SimError(f"broken URDF: one root link is needed, found {roots or 'none'}")
+    return roots[0]
+
+
+def urdf_for_bullet(urdf_xml: str) -> str:
+    """The URDF with absolute mesh paths and an inertia on each link. Raises SimError on broken XML, absent meshes."""
+    robot = _parse(urdf_xml, "URDF")
+    root_link(urdf_xml)
+    for mesh in robot.iter("mesh"):
+        mesh.set("filename", resolve_file(mesh.get("filename"), "URDF mesh"))
+    for link in robot.findall("link"):
+        if link.find("inertial") is None:
+            link.append(_tiny_inertial())
+    return ET.tostring(robot, encoding="unicode")
+
+
+def _tiny_inertial() -> ET.Element:
+    inertial = ET.Element("inertial")
+    ET.SubElement(inertial, "mass", value=str(_TINY_MASS_KG))
+    diagonal = {axis: str(_TINY_INERTIA) for axis in ("ixx", "iyy", "izz")}
+    ET.SubElement(inertial, "inertia", ixy="0", ixz="0", iyz="0", **diagonal)
+    return inertial

@@ -1,0 +1,60 @@
+"""A depth camera's ROS side: cloud, images, calibration, and the trigger service."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import rospy
+from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from std_srvs.srv import Trigger, TriggerResponse
+
+from hubo_sim.conversions import camera_info_msg, cloud_msg, color_msg, depth_msg, header
+from hubo_sim.depth_camera import DepthCamera
+from hubo_sim.scene import Scene
+
+
+class RosCamera:
+    """Publishes one depth camera below its topic prefix."""
+
+    def __init__(self, camera: DepthCamera) -> None:
+        topic = camera.config.topic.rstrip("/")
+        self.camera = camera
+        self.trigger_name = f"{topic}/trigger"
+        self.scans = 0
+        self._due_s = 0.0
+        self._cloud_pub = rospy.Publisher(f"{topic}/depth/points", PointCloud2, queue_size=2)
+        self._depth_pub = rospy.Publisher(f"{topic}/depth/image_raw", Image, queue_size=2)
+        self._color_pub = rospy.Publisher(f"{topic}/rgb/image_raw", Image, queue_size=2)
+        self._info_pubs = [
+            rospy.Publisher(f"{topic}/{kind}/camera_info", CameraInfo, queue_size=2)
+            for kind in ("depth", "rgb")
+        ]
+
+    def open(self, request_scan: Callable[[RosCamera], str]) -> None:
+        """Begin to listen; request_scan(camera) waits for a scan and returns its stamp, or raises RuntimeError."""
+        rospy.Service(self.trigger_name, Trigger, lambda _: self._on_trigger(request_scan))
+
+    def is_due(self, now_s: float) -> bool:
+        """Whether a free-running scan is due."""
+        if now_s < self._due_s:
+            return False
+        self._due_s = max(self._due_s + 1.0 / self.camera.config.rate_hz, now_s)
+        return True
+
+    def publish(self, scene: Scene, stamp: rospy.Time) -> None:
+        """Measure now and publish under `stamp`."""
+        scan = self.camera.scan(scene, self.scans)
+        self.scans += 1
+        head = header(stamp, self.camera.config.optical_frame)
+        info = camera_info_msg(self.camera.pinhole, head)
+        for publisher in self._info_pubs:
+            publisher.publish(info)
+        self._depth_pub.publish(depth_msg(scan.depth, head))
+        self._color_pub.publish(color_msg(scan.rgb, head))
+        self._cloud_pub.publish(cloud_msg(self.camera.points(scan.depth), scan.rgb, head))
+
+    def _on_trigger(self, request_scan: Callable[[RosCamera], str]) -> TriggerResponse:
+        try:
+            return TriggerResponse(True, request_scan(self))
+        except RuntimeError as err:
+            return TriggerResponse(False, str(err))

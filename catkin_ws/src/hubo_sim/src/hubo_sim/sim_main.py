@@ -1,0 +1,59 @@
+"""Start of the simulator node: command line, errors, clean end."""
+
+from __future__ import annotations
+
+import sys
+
+import rosgraph
+import rospy
+
+from hubo_sim.errors import SimError
+from hubo_sim.ros_params import robot_spec, sim_config
+from hubo_sim.sim_node import SimNode
+from hubo_sim.simulator import Simulator
+from hubo_sim.worlds import list_worlds, load_world
+
+_HELP = """usage: rosrun hubo_sim sim_node [--list] [_world:=NAME] [_seed:=N] [_lockstep:=true] ...
+Simulates the robot on the parameter server (rosrun hubo_description upload_robot --robot NAME) in a world.
+  --list   print the worlds and what they are
+Parameters and their defaults: config/sim.yaml."""
+
+
+def print_worlds() -> None:
+    """One line a world."""
+    for name in list_worlds():
+        print(f"{name:12} {load_world(name).description}")
+
+
+def run_node() -> None:
+    """Build the simulator from the parameter server and run it until shutdown. Raises SimError."""
+    if not rosgraph.is_master_online():
+        raise SimError(f"no ROS master at {rosgraph.get_master_uri()}")
+    rospy.set_param("/use_sim_time", True)
+    rospy.init_node("hubo_sim")
+    config = sim_config()
+    sim = Simulator(robot_spec(), load_world(config.world), config)
+    try:
+        SimNode(sim, config).run()
+    finally:
+        sim.close()
+
+
+def main() -> int:
+    """Exit status of the node."""
+    args = rospy.myargv(sys.argv)[1:]
+    try:
+        if args in (["-h"], ["--help"]):
+            print(_HELP)
+        elif args == ["--list"]:
+            print_worlds()
+        elif args:
+            raise SimError(f"unknown argument {' '.join(args)}; --list and --help are known")
+        else:
+            run_node()
+    except SimError as err:
+        print(f"sim_node: {err}", file=sys.stderr)
+        return 1
+    except (KeyboardInterrupt, rospy.ROSInterruptException):
+        return 0
+    return 0

@@ -1,0 +1,194 @@
+"""The simulator as a ROS node: one thread owns the physics, the ROS callbacks queue for it."""
+
+from __future__ import annotations
+
+import threading
+import time
+from concurrent.futures import Future
+from dataclasses import dataclass
+
+import rospy
+from fv_msgs.msg import Contacts
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+from tf2_msgs.msg import TFMessage
+
+from hubo_sim.config import SimConfig
+from hubo_sim.conversions import contacts_msg, joint_state_msg, time_from_ns, transform_msg
+from hubo_sim.pacer import Pacer
+from hubo_sim.requests import RequestQueue, wait_for
+from hubo_sim.ros_cameras import RosCamera
+from hubo_sim.ros_controllers import RosController
+from hubo_sim.simulator import Simulator
+
+_IDLE_WAIT_S = 0.004  # how long an idle loop waits for a request before it moves the clock on
+_CONTACT_PERIOD_NS = 50_000_000  # at most this often while the same contact lasts
+
+
+@dataclass
+class _TriggeredScan:
+    camera: RosCamera
+    done: Future
+    first_step: int
+
+
+class SimNode:
+    """Steps a Simulator by docs/interfaces.md, 'Simulated time', and speaks ROS for it."""
+
+    def __init__(self, sim: Simulator, config: SimConfig) -> None:
+        self.sim, self.config = sim, config
+        self.requests = RequestQueue()
+        self.paused = False
+        self.extra_steps = 0  # physics steps that a service asked for
+        self._pacer = Pacer(config.real_time_factor)
+        self._scans: list[_TriggeredScan] = []
+        self._grace_end_s = 0.0  # wall time
+        self._last_moving_step = 0
+        self._clock_due = self._joints_due = self._contacts_due = 0
+        self._last_pairs: list[str] | None = None
+        self._clock_pub = rospy.Publisher("/clock", Clock, queue_size=10)
+        self._joints_pub = rospy.Publisher("/joint_states", JointState, queue_size=50)
+        self._contacts_pub = rospy.Publisher("/hubo_sim/contacts", Contacts, queue_size=50, latch=True)
+        self._tf_pub = rospy.Publisher("/tf_static", TFMessage, queue_size=5, latch=True)
+        self.controllers = [
+            RosController(name, controller, self.requests.post, self.requests.ask, lambda: sim.now_s)
+            for name, controller in sim.controllers.items()
+        ]
+        self.cameras = [RosCamera(camera) for camera in sim.cameras.values()]
+
+    def run(self) -> None:
+        """Own the physics until ROS shuts down. Call from the thread that made the Simulator."""
+        self._publish_due()
+        self.publish_base_transform()
+        opener = threading.Thread(target=self._open, daemon=True)  # needs /clock, which this thread makes
+        opener.start()
+        self._pacer.restart(self.sim.clock_ns)
+        while not rospy.is_shutdown():
+            self.spin_once()
+
+    def spin_once(self) -> None:
+        """Serve requests, then either one physics step or a moment of sleep."""
+        if self._wants_physics():
+            self.requests.serve(self._pacer.ahead_s(self.sim.clock_ns))
+            if self._pacer.ahead_s(self.sim.clock_ns) <= 0.0:
+                self._step()
+        else:
+            self.requests.serve(_IDLE_WAIT_S)
+            self._sleep()
+        self._begin_goals()
+        self._serve_scans()
+        self._publish_due()
+
+    def publish_base_transform(self) -> None:
+        """Tie the robot's base link to the world."""
+        base = self.sim.spec.base_link
+        pose = self.sim.robot.link_pose(base)
+        msg = transform_msg(pose, self.config.world_frame, base, time_from_ns(self.sim.clock_ns))
+        self._tf_pub.publish(TFMessage([msg]))
+
+    def request_scan(self, camera: RosCamera) -> str:
+        """Wait for a scan at rest; its stamp in seconds. Raises RuntimeError with the reason when it cannot be."""
+        done: Future = Future()
+        self.requests.post(lambda: self._scans.append(_TriggeredScan(camera, done, self.sim.steps)))
+        return wait_for(done, 60.0)
+
+    def _open(self) -> None:
+        for controller in self.controllers:
+            controller.on_accepted = self._on_accepted
+            controller.open()
+        for camera in self.cameras:
+            camera.open(self.request_scan)
+        rospy.loginfo("hubo_sim: world %s, ready", self.sim.world.name)
+
+    def _on_accepted(self) -> None:
+        self._grace_end_s = time.monotonic() + self.config.goal_grace_s
+
+    def _wants_physics(self) -> bool:
+        if self.extra_steps > 0:
+            return True
+        if self.paused:
+            return False
+        if not self.config.lockstep or self.sim.is_moving:
+            return True
+        settle_steps = self.config.settle_timeout_s * self.config.physics_rate_hz
+        return not self.sim.at_rest and self.sim.steps - self._last_moving_step <= settle_steps
+
+    def _step(self) -> None:
+        self.sim.step()
+        self.extra_steps = max(self.extra_steps - 1, 0)
+        if self.sim.is_moving:
+            self._last_moving_step = self.sim.steps
+        if self.config.scans_run_free:
+            for camera in self.cameras:
+                if camera.is_due(self.sim.now_s):
+                    self._publish_scan(camera)
+
+    def _sleep(self) -> None:
+        """No physics: the clock goes on at wall speed, unless the simulation is paused."""
+        if self.paused:
+            self._pacer.restart(self.sim.clock_ns)
+        else:
+            self.sim.sleep_until(self._pacer.wall_clock_ns(self.sim.clock_ns))
+
+    def _begin_goals(self) -> None:
+        """Start accepted goals: in lockstep from rest only, all together, once the grace is over."""
+        if not any(controller.pending for controller in self.controllers):
+            return
+        waits = self.config.lockstep and not self.sim.is_moving
+        if waits and (self._wants_physics() or time.monotonic() < self._grace_end_s):
+            return
+        self._pacer.restart(self.sim.clock_ns)
+        for controller in self.controllers:
+            controller.begin_pending()
+        self._last_moving_step = self.sim.steps
+
+    def _serve_scans(self) -> None:
+        if not self._scans:
+            return
+        if self.sim.at_rest:
+            for scan in self._scans:
+                self._make_stamp_new()
+                scan.done.set_result(f"{self._publish_scan(scan.camera).to_sec():.9f}")
+            self._scans = []
+            return
+        for scan in [scan for scan in self._scans if self._is_late(scan)]:
+            self._scans.remove(scan)
+            reason = (
+                "paused" if self.paused else f"the robot did not rest within {self.config.settle_timeout_s} s"
+            )
+            scan.done.set_exception(RuntimeError(reason))
+
+    def _is_late(self, scan: _TriggeredScan) -> bool:
+        waited_s = (self.sim.steps - scan.first_step) / self.config.physics_rate_hz
+        return self.paused or waited_s > self.config.settle_timeout_s or not self._wants_physics()
+
+    def _make_stamp_new(self) -> None:
+        """Move the clock to where joint states are due: robot_state_publisher ignores those that come sooner."""
+        self.sim.sleep_until(self._joints_due)
+
+    def _publish_scan(self, camera: RosCamera) -> rospy.Time:
+        """Clock and joint states of this moment, then the scan of it."""
+        stamp = time_from_ns(self.sim.clock_ns)
+        self._clock_pub.publish(Clock(stamp))
+        self._publish_joints(stamp)
+        camera.publish(self.sim.scene, stamp)
+        return stamp
+
+    def _publish_joints(self, stamp: rospy.Time) -> None:
+        self._joints_pub.publish(joint_state_msg(self.sim.robot.joint_names, self.sim.robot.state(), stamp))
+        self._joints_due = self.sim.clock_ns + round(1e9 / self.config.joint_state_rate_hz)
+
+    def _publish_due(self) -> None:
+        now = self.sim.clock_ns
+        stamp = time_from_ns(now)
+        if now >= self._clock_due:
+            self._clock_pub.publish(Clock(stamp))
+            self._clock_due = now + round(1e9 / self.config.clock_rate_hz)
+        if now >= self._joints_due:
+            self._publish_joints(stamp)
+        for controller in self.controllers:
+            controller.publish_due(stamp)
+        contacts = self.sim.contacts
+        if contacts.pairs != self._last_pairs or (contacts.pairs and now >= self._contacts_due):
+            self._contacts_pub.publish(contacts_msg(contacts, stamp, self.config.world_frame))
+            self._last_pairs, self._contacts_due = list(contacts.pairs), now + _CONTACT_PERIOD_NS

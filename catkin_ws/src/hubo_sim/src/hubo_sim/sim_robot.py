@@ -1,0 +1,209 @@
+"""The robot in the pybullet scene: joints by name, commands in, state out."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pybullet
+
+from hubo_sim.errors import SimError
+from hubo_sim.robot_spec import RobotSpec, urdf_for_bullet
+from hubo_sim.scene import Scene, native_output_hidden, place_root, root_pose
+from hubo_sim.transforms import quaternion_of, transform
+
+# Bullet's motor gains of position joints: with the velocity fed forward these follow a trajectory closely
+# and do not ring (bench/sim.py, case tracking).
+POSITION_GAIN = 0.3
+VELOCITY_GAIN = 1.0
+_DEFAULT_FORCE = 100.0  # [N m] where the URDF states no effort
+
+
+@dataclass(frozen=True)
+class JointInfo:
+    """A movable joint, SI units: limits [rad or m], damping [N m s]; continuous joints have infinite limits."""
+
+    name: str
+    index: int
+    lower: float
+    upper: float
+    max_velocity: float
+    max_effort: float
+    damping: float
+    continuous: bool
+
+
+class SimRobot:
+    """A robot fixed at its base link. Arrays over joints have the order of `joint_names`."""
+
+    def __init__(
+        self, scene: Scene, spec: RobotSpec, T_world_base: np.ndarray, self_collision: bool = True
+    ) -> None:
+        self.spec = spec
+        self._client = scene.client
+        self.body = _load(scene, urdf_for_bullet(spec.urdf_xml), T_world_base, self_collision)
+        infos = [self._client.getJointInfo(self.body, i) for i in range(self._client.getNumJoints(self.body))]
+        base_name = self._client.getBodyInfo(self.body)[0].decode()
+        self.link_index: dict[str, int] = {base_name: -1} | {info[12].decode(): info[0] for info in infos}
+        self.link_name: dict[int, str] = {index: name for name, index in self.link_index.items()}
+        self.joints = [_joint(info, spec) for info in infos if info[2] in (0, 1)]
+        self.joint_names = [joint.name for joint in self.joints]
+        self.indices = [joint.index for joint in self.joints]
+        self._lookup = {name: i for i, name in enumerate(self.joint_names)}
+        if spec.base_link != base_name:
+            raise SimError(f"base_link {spec.base_link!r} is not the URDF's root, which is {base_name!r}")
+        for pair in spec.disabled_pairs() if self_collision else ():
+            self._disable(*pair)
+        self._target = np.zeros(len(self.joints))
+        self._target_velocity = np.zeros(len(self.joints))
+        self._effort = np.zeros(len(self.joints))
+        self._friction = np.zeros(len(self.joints))
+        self._effort_mode = np.zeros(len(self.joints), bool)
+        self._stale = np.ones(len(self.joints), bool)  # position commands that the engine has not got yet
+        self.set_positions(dict.fromkeys(self.joint_names, 0.0))
+
+    def joint_rows(self, names: list[str]) -> np.ndarray:
+        """Row numbers of joints by name. Raises SimError listing the valid names."""
+        unknown = [name for name in names if name not in self._lookup]
+        if unknown:
+            raise SimError(
+                f"unknown joint {', '.join(unknown)}; the robot has: {', '.join(self.joint_names)}"
+            )
+        return np.array([self._lookup[name] for name in names], int)
+
+    def state(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Positions [rad], velocities [rad/s] and motor efforts [N m], (J,) each."""
+        states = self._client.getJointStates(self.body, self.indices)
+        positions = np.array([s[0] for s in states])
+        velocities = np.array([s[1] for s in states])
+        motors = np.array([s[3] for s in states])
+        return positions, velocities, np.where(self._effort_mode, self._effort, motors)
+
+    def set_positions(self, positions: dict[str, float]) -> None:
+        """Put joints [rad] at rest at once, clamped to nothing; every joint holds where it is then."""
+        for row, value in zip(self.joint_rows(list(positions)), positions.values(), strict=True):
+            self._client.resetJointState(self.body, self.indices[row], float(value), 0.0)
+        self._target = self.state()[0]
+        self._target_velocity[:] = 0.0
+        self._stale[:] = True
+
+    def use_effort(self, names: list[str]) -> None:
+        """Let these joints be driven by efforts instead of positions; their damping is then the driver's to apply.
+
+        Bullet applies joint damping explicitly, which diverges where damping * step > 2 * inertia (a wrist).
+        """
+        rows = self.joint_rows(names)
+        self._effort_mode[rows] = True
+        for row in rows:  # Bullet's joints have a motor of their own that must be let go
+            self._client.setJointMotorControl2(
+                self.body, self.indices[row], pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=0.0
+            )
+            self._client.changeDynamics(self.body, self.indices[row], jointDamping=0.0)
+
+    def command_positions(self, rows: np.ndarray, positions: np.ndarray, velocities: np.ndarray) -> None:
+        """Set the targets [rad], [rad/s] of position joints from the next step on."""
+        changed = (self._target[rows] != positions) | (self._target_velocity[rows] != velocities)
+        self._stale[rows] |= changed
+        self._target[rows] = positions
+        self._target_velocity[rows] = velocities
+
+    def command_efforts(self, rows: np.ndarray, efforts: np.ndarray, friction: np.ndarray) -> None:
+        """Set the motors' efforts and the friction that works against them [N m], (R,) each, for the next step."""
+        self._effort[rows] = efforts
+        self._friction[rows] = friction
+
+    def apply(self) -> None:
+        """Hand the commands to the engine; call before every physics step."""
+        stale = np.flatnonzero(self._stale & ~self._effort_mode)
+        if stale.size:
+            self._client.setJointMotorControlArray(
+                self.body,
+                [self.indices[i] for i in stale],
+                pybullet.POSITION_CONTROL,
+                targetPositions=self._target[stale],
+                targetVelocities=self._target_velocity[stale],
+                forces=[self.joints[i].max_effort for i in stale],
+                positionGains=[POSITION_GAIN] * stale.size,
+                velocityGains=[VELOCITY_GAIN] * stale.size,
+            )
+            self._stale[:] = False
+        effort = np.flatnonzero(self._effort_mode)
+        if effort.size:  # Bullet forgets torques after each step
+            self._client.setJointMotorControlArray(
+                self.body,
+                [self.indices[i] for i in effort],
+                pybullet.TORQUE_CONTROL,
+                forces=self._effort[effort] - self._friction[effort],
+            )
+
+    def link_pose(self, link: str) -> np.ndarray:
+        """T_world_link (4, 4) of a link's URDF frame. Raises SimError listing the links."""
+        if link not in self.link_index:
+            raise SimError(f"unknown link {link!r}; the robot has: {', '.join(sorted(self.link_index))}")
+        index = self.link_index[link]
+        if index < 0:
+            return root_pose(self._client, self.body)
+        state = self._client.getLinkState(self.body, index, computeForwardKinematics=True)
+        return transform(state[4], state[5])
+
+    def move_base(self, T_world_base: np.ndarray) -> None:
+        """Put the base link elsewhere, (4, 4)."""
+        place_root(self._client, self.body, T_world_base)
+
+    def forgive_touching_links(self) -> list[str]:
+        """Take link pairs that touch in this very pose out of self-collision; the pairs as "link|link".
+
+        Such links overlap in the model, not in the robot; left in, they would push each other about for ever.
+        """
+        self._client.performCollisionDetection()
+        points = self._client.getContactPoints(bodyA=self.body, bodyB=self.body)
+        pairs = sorted({(self.link_name[p[3]], self.link_name[p[4]]) for p in points if p[8] <= 0.0})
+        for pair in pairs:
+            self._disable(*pair)
+        return [f"{link1}|{link2}" for link1, link2 in pairs]
+
+    def _disable(self, link1: str, link2: str) -> None:
+        pair = [self.link_index.get(link1), self.link_index.get(link2)]
+        if None not in pair:  # an SRDF may name links that this URDF has not
+            self._client.setCollisionFilterPair(self.body, self.body, pair[0], pair[1], 0)
+
+
+def _load(scene: Scene, urdf: str, T_world_base: np.ndarray, self_collision: bool) -> int:
+    flags = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_MATERIAL_COLORS_FROM_MTL
+    if self_collision:
+        flags |= pybullet.URDF_USE_SELF_COLLISION | pybullet.URDF_USE_SELF_COLLISION_EXCLUDE_PARENT
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "robot.urdf"
+        path.write_text(urdf)
+        try:
+            with native_output_hidden():
+                return scene.client.loadURDF(
+                    str(path),
+                    T_world_base[:3, 3],
+                    quaternion_of(T_world_base),
+                    useFixedBase=True,
+                    flags=flags,
+                )
+        except pybullet.error as err:
+            raise SimError(f"broken URDF: Bullet cannot load it ({err})") from err
+
+
+def _joint(info: tuple, spec: RobotSpec) -> JointInfo:
+    name = info[1].decode()
+    lower, upper, effort, velocity = info[8], info[9], info[10], info[11]
+    continuous = not lower < upper
+    limit = spec.joint_limits.get(name) or {}
+    if limit.get("has_velocity_limits"):
+        velocity = float(limit["max_velocity"])
+    return JointInfo(
+        name=name,
+        index=info[0],
+        lower=-np.inf if continuous else lower,
+        upper=np.inf if continuous else upper,
+        max_velocity=velocity if velocity > 0.0 else np.inf,
+        max_effort=effort if effort > 0.0 else _DEFAULT_FORCE,
+        damping=info[6],
+        continuous=continuous,
+    )

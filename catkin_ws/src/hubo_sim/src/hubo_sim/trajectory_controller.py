@@ -1,0 +1,285 @@
+"""A joint trajectory controller that behaves as ros_control's joint_trajectory_controller does, without ROS.
+
+Behaviour after the documentation at wiki.ros.org/joint_trajectory_controller (and its page on trajectory
+replacement). Two things are this project's choice: a stop always takes at least the time that the joints'
+acceleration limits ask for, and set-points never leave position limits nor move faster than velocity limits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from hubo_sim.config import check_keys, number
+from hubo_sim.errors import SimError
+from hubo_sim.sim_robot import JointInfo
+from hubo_sim.spline import JointSample, Spline
+from hubo_sim.trajectory_goal import Code, Tolerance, TrajectoryGoal, check_goal
+
+TYPES = ("position_controllers/JointTrajectoryController", "effort_controllers/JointTrajectoryController")
+_DEFAULT_DECELERATION = 5.0  # [rad/s^2] for stops of joints without an acceleration limit
+
+
+@dataclass(frozen=True)
+class ControllerConfig:
+    """Parameters of one controller, under ros_control's names."""
+
+    type: str
+    joints: list[str]
+    gains: dict[str, dict[str, float]] = field(default_factory=dict)
+    constraints: dict[str, Any] = field(default_factory=dict)
+    state_publish_rate: float = 50.0  # [Hz]
+    action_monitor_rate: float = 20.0  # [Hz] of feedback
+    stop_trajectory_duration: float = 0.0  # [s]
+    allow_partial_joints_goal: bool = False
+
+    def __post_init__(self) -> None:
+        if self.type not in TYPES:
+            raise SimError(f"controller type must be one of {', '.join(TYPES)}, got {self.type!r}")
+        if not self.joints or not all(isinstance(name, str) for name in self.joints):
+            raise SimError(f"joints must be a list of names, got {self.joints!r}")
+        for name in ("state_publish_rate", "action_monitor_rate"):
+            number(getattr(self, name), name, 0.1, 1000.0)
+        number(self.stop_trajectory_duration, "stop_trajectory_duration", 0.0)
+        known = {"goal_time", "stopped_velocity_tolerance", *self.joints}
+        unknown = sorted(set(self.constraints) - known)
+        if unknown:
+            raise SimError(
+                f"constraints: unknown key {', '.join(unknown)}; known: {', '.join(sorted(known))}"
+            )
+
+    @property
+    def uses_effort(self) -> bool:
+        """Whether it drives efforts rather than positions."""
+        return self.type.startswith("effort")
+
+    def path_tolerance(self, joint: str) -> Tolerance:
+        """Allowed error on the way."""
+        return Tolerance(float((self.constraints.get(joint) or {}).get("trajectory", 0.0)))
+
+    def goal_tolerance(self, joint: str) -> Tolerance:
+        """Allowed error at the end; the velocity is the controller's stopped_velocity_tolerance."""
+        stopped = float(self.constraints.get("stopped_velocity_tolerance", 0.01))
+        return Tolerance(float((self.constraints.get(joint) or {}).get("goal", 0.0)), stopped)
+
+
+def check_gains(gains: dict[str, Any], where: str) -> dict[str, float]:
+    """p, i, d and i_clamp of one joint, each >= 0. Raises SimError."""
+
+    @dataclass
+    class Gains:
+        p: float = 0.0
+        i: float = 0.0
+        d: float = 0.0
+        i_clamp: float = 0.0
+
+    check_keys(gains, Gains, where)
+    return {
+        name: number(gains.get(name, 0.0), f"{where}: {name}", 0.0) for name in ("p", "i", "d", "i_clamp")
+    }
+
+
+@dataclass
+class ActiveGoal:
+    """An accepted goal while it is executed; `handle` is whatever the owner knows it by."""
+
+    handle: Any
+    end_s: float
+    path: np.ndarray  # (J,) [rad], inf: unlimited
+    final: np.ndarray  # (J,) [rad]
+    final_velocity: np.ndarray  # (J,) [rad/s]
+    goal_time_s: float
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """How a goal ended: `status` is one of succeeded, aborted, canceled."""
+
+    handle: Any
+    status: str
+    code: Code
+    text: str
+
+
+class TrajectoryController:
+    """Holds its joints or moves them along a spline; times are absolute seconds of the caller's clock."""
+
+    def __init__(
+        self,
+        config: ControllerConfig,
+        joints: list[JointInfo],
+        position: np.ndarray,
+        deceleration: np.ndarray | None = None,
+    ) -> None:
+        """joints: those of config.joints, in order; position (J,): where to hold; deceleration (J,) [rad/s^2]."""
+        self.config = config
+        self.joints = joints
+        self.names = [joint.name for joint in joints]
+        self._lower = np.array([joint.lower for joint in joints])
+        self._upper = np.array([joint.upper for joint in joints])
+        self._max_velocity = np.array([joint.max_velocity for joint in joints])
+        self._continuous = np.array([joint.continuous for joint in joints])
+        self._deceleration = (
+            np.full(len(joints), _DEFAULT_DECELERATION) if deceleration is None else deceleration
+        )
+        self.active: ActiveGoal | None = None
+        self._ended: list[Outcome] = []
+        self.reset(position)
+
+    def reset(self, position: np.ndarray) -> None:
+        """Hold at positions (J,) from now on; a goal that was active is aborted."""
+        self._finish("aborted", Code.INVALID_GOAL, "the controller was reset")
+        self._spline = Spline.hold(0.0, np.asarray(position, float))
+        zero = np.zeros(len(self.joints))
+        self.desired = JointSample(np.asarray(position, float), zero, zero)
+        self.set_point = self.desired
+        self.error = JointSample(zero, zero, zero)
+
+    def check(self, goal: TrajectoryGoal, now_s: float) -> None:
+        """Raise Refusal unless `goal` may be started."""
+        check_goal(goal, self.joints, now_s, self.config.allow_partial_joints_goal)
+
+    def start(self, goal: TrajectoryGoal, now_s: float, handle: Any = None) -> None:
+        """Follow a checked goal from now on (or from its stamp on); the active goal, if any, is preempted.
+
+        Without a handle (the `command` topic) nobody is told how it ends.
+        """
+        self._finish("canceled", Code.SUCCESSFUL, "replaced by a newer trajectory")
+        if not goal.times_s:
+            self._stop(now_s)
+        else:
+            self._spline = self._spline.followed_by(self._spline_of(goal, now_s))
+        if handle is not None:
+            self.active = self._active_goal(goal, handle)
+
+    def cancel(self, now_s: float, handle: Any = None) -> None:
+        """Come to rest and hold; with a handle only if that goal is the active one."""
+        if handle is not None and (self.active is None or self.active.handle is not handle):
+            return
+        self._finish("canceled", Code.SUCCESSFUL, "cancelled")
+        self._stop(now_s)
+
+    def update(self, now_s: float, step_s: float, position: np.ndarray, velocity: np.ndarray) -> JointSample:
+        """The set-point for the end of the step that begins now.
+
+        position, velocity (J,) are the measured ones of now. Goals that end are in `ended`.
+        """
+        self.desired = self._spline.sample(now_s)
+        zero = np.zeros(len(self.joints))
+        self.error = JointSample(self.desired.position - position, self.desired.velocity - velocity, zero)
+        if self.active is not None:
+            self._check_progress(now_s)
+        self.set_point = self._within_limits(self._spline.sample(now_s + step_s), step_s)
+        return self.set_point
+
+    def ended(self) -> list[Outcome]:
+        """Goals that ended since the last call."""
+        out, self._ended = self._ended, []
+        return out
+
+    def is_moving(self, now_s: float) -> bool:
+        """Whether a goal is active or the spline has not come to its end."""
+        return self.active is not None or now_s < self._spline.end_s
+
+    def sample(self, t_s: float) -> JointSample:
+        """What the trajectory wants at a time [s]: query_state."""
+        return self._spline.sample(t_s)
+
+    def _spline_of(self, goal: TrajectoryGoal, now_s: float) -> Spline:
+        """The goal's points, bridged from the current trajectory; points that are over by then are dropped."""
+        start_s = max(goal.stamp_s, now_s) if goal.stamp_s > 0.0 else now_s
+        times = np.asarray(goal.times_s, float) + (goal.stamp_s if goal.stamp_s > 0.0 else now_s)
+        ahead = times > start_s + 1e-9
+        if not ahead.any():
+            ahead[-1] = True
+            times[-1] = start_s
+        at_start = self._spline.sample(start_s)
+        points = {"position": self._all_joints(goal, goal.positions, at_start.position)}
+        zero = np.zeros(len(self.joints))
+        if all(len(row) for row in goal.velocities):
+            points["velocity"] = self._all_joints(goal, goal.velocities, zero)
+            if all(len(row) for row in goal.accelerations):
+                points["acceleration"] = self._all_joints(goal, goal.accelerations, zero)
+        turns = np.rint((points["position"][0] - at_start.position) / (2.0 * np.pi))
+        points["position"] = points["position"] - np.where(self._continuous, turns, 0.0) * 2.0 * np.pi
+        return Spline.through(start_s, at_start, times[ahead], {k: v[ahead] for k, v in points.items()})
+
+    def _all_joints(self, goal: TrajectoryGoal, rows: list[list[float]], others: np.ndarray) -> np.ndarray:
+        """(P, J) in the controller's order from rows in the goal's; joints that it leaves out get `others` (J,)."""
+        out = np.tile(others, (len(rows), 1))
+        out[:, [self.names.index(name) for name in goal.joint_names]] = np.asarray(rows, float)
+        return out
+
+    def _active_goal(self, goal: TrajectoryGoal, handle: Any) -> ActiveGoal:
+        path = [_merged(goal.path_tolerance, self.config.path_tolerance(n), n) for n in self.names]
+        final = [_merged(goal.goal_tolerance, self.config.goal_tolerance(n), n) for n in self.names]
+        goal_time = goal.goal_time_tolerance_s or float(self.config.constraints.get("goal_time", 0.0))
+        return ActiveGoal(
+            handle=handle,
+            end_s=self._spline.end_s,
+            path=_bound([t.position for t in path]),
+            final=_bound([t.position for t in final]),
+            final_velocity=_bound([t.velocity for t in final]),
+            goal_time_s=goal_time if goal_time >= 0.0 else np.inf,
+        )
+
+    def _stop(self, now_s: float) -> None:
+        state = self._spline.sample(now_s)
+        needed = float(np.max(np.abs(state.velocity) / self._deceleration, initial=0.0))
+        duration = max(self.config.stop_trajectory_duration, needed)
+        if np.all(state.velocity == 0.0):
+            duration = 0.0
+        self._spline = Spline.stop(now_s, state, duration)
+
+    def _check_progress(self, now_s: float) -> None:
+        """End the active goal when it is reached, or when it cannot be within tolerance any more."""
+        goal, error = self.active, np.abs(self.error.position)
+        if now_s < goal.end_s:
+            off = np.flatnonzero(error > goal.path)
+            if off.size:
+                self._fail(now_s, Code.PATH_TOLERANCE_VIOLATED, "path", off[0], error, goal.path)
+            return
+        off = np.flatnonzero((error > goal.final) | (np.abs(self.error.velocity) > goal.final_velocity))
+        if not off.size:
+            self._finish("succeeded", Code.SUCCESSFUL, "")
+        elif now_s > goal.end_s + goal.goal_time_s:
+            self._fail(now_s, Code.GOAL_TOLERANCE_VIOLATED, "goal", off[0], error, goal.final)
+
+    def _fail(
+        self, now_s: float, code: Code, what: str, joint: int, error: np.ndarray, bound: np.ndarray
+    ) -> None:
+        speed = abs(self.error.velocity[joint])
+        text = (
+            f"{what} tolerance: {self.names[joint]} is off by {error[joint]:.4f} rad, "
+            f"{speed:.4f} rad/s (allowed {bound[joint]:.4f} rad)"
+        )
+        self._finish("aborted", code, text)
+        self._stop(now_s)
+
+    def _finish(self, status: str, code: Code, text: str) -> None:
+        if self.active is not None:
+            self._ended.append(Outcome(self.active.handle, status, code, text))
+            self.active = None
+
+    def _within_limits(self, wanted: JointSample, step_s: float) -> JointSample:
+        """The wanted set-point, no further from the last one than the velocity limits allow, within the limits."""
+        reach = self._max_velocity * step_s
+        last = self.set_point.position
+        position = np.clip(wanted.position, last - reach, last + reach)
+        position = np.clip(position, self._lower, self._upper)
+        velocity = np.clip(wanted.velocity, -self._max_velocity, self._max_velocity)
+        return JointSample(position, velocity, wanted.acceleration)
+
+
+def _merged(given: dict[str, Tolerance], default: Tolerance, name: str) -> Tolerance:
+    """A goal's tolerance for a joint where it sets one (not 0), the controller's elsewhere."""
+    own = given.get(name, Tolerance())
+    return Tolerance(own.position or default.position, own.velocity or default.velocity)
+
+
+def _bound(values: list[float]) -> np.ndarray:
+    """Tolerances with 0 (not set) and negative (unlimited) as inf."""
+    out = np.asarray(values, float)
+    return np.where(out > 0.0, out, np.inf)
