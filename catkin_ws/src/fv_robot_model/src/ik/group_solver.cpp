@@ -55,7 +55,8 @@ SerialChain chainOfGroup(const RobotModel& model, const std::string& group_name)
   return SerialChain(std::move(joints), eigenPose(T_base_segment), group.base_link, group.tip_link);
 }
 
-std::unique_ptr<IkSolver> makeIkSolver(const RobotModel& model, const std::string& group, const IkOptions& options) {
+std::unique_ptr<IkSolver> makeIkSolver(const RobotModel& model, const std::string& group,
+                                       const IkOptions& options) {
   return makeIkSolver(chainOfGroup(model, group), options);
 }
 

@@ -12,9 +12,9 @@ namespace fv_robot_model::ik {
 namespace {
 
 void checkPose(const Eigen::Isometry3d& T, size_t index) {
-  const bool rotation =
-      T.matrix().allFinite() && (T.linear() * T.linear().transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-6 &&
-      T.linear().determinant() > 0.0;
+  const bool rotation = T.matrix().allFinite() &&
+                        (T.linear() * T.linear().transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-6 &&
+                        T.linear().determinant() > 0.0;
   if (!rotation) {
     throw std::invalid_argument("pose " + std::to_string(index) +
                                 " is no rigid motion: its matrix must be finite, its rotation orthonormal");
@@ -67,7 +67,8 @@ bool fitToLimits(double& angle, double lower, double upper, double tolerance) {
   return true;
 }
 
-IkSolver::IkSolver(SerialChain chain, const IkOptions& options) : chain_(std::move(chain)), options_(options) {
+IkSolver::IkSolver(SerialChain chain, const IkOptions& options)
+    : chain_(std::move(chain)), options_(options) {
   const bool positive = options.position_tolerance_m > 0.0 && options.angle_tolerance_rad > 0.0 &&
                         options.sweep_step_rad > 0.0 && options.numerical_starts > 0 &&
                         options.numerical_iterations > 0 && options.limit_tolerance_rad >= 0.0 &&
@@ -107,8 +108,8 @@ IkBatch IkSolver::solve(const std::vector<Eigen::Isometry3d>& poses, const Eigen
   const bool seeded = seeds.size() > 0;
   if (seeded && (seeds.rows() != static_cast<Eigen::Index>(poses.size()) || seeds.cols() != chain_.dof())) {
     throw std::invalid_argument("seeds must be (" + std::to_string(poses.size()) + ", " +
-                                std::to_string(chain_.dof()) + "), they are (" + std::to_string(seeds.rows()) + ", " +
-                                std::to_string(seeds.cols()) + ")");
+                                std::to_string(chain_.dof()) + "), they are (" +
+                                std::to_string(seeds.rows()) + ", " + std::to_string(seeds.cols()) + ")");
   }
   IkBatch batch;
   batch.offsets.reserve(poses.size() + 1);

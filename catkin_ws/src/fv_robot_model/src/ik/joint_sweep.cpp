@@ -1,5 +1,5 @@
-// Redundant arms that turn into a 6R with closed form when one or two joints are held: the waist below an arm with
-// a spherical shoulder, or the last joint of a Franka Panda. The held joints step over their ranges.
+// Redundant arms that turn into a 6R with closed form when one or two joints are held: the waist below an arm
+// with a spherical shoulder, or the last joint of a Franka Panda. The held joints step over their ranges.
 
 #include <algorithm>
 #include <cmath>
@@ -31,7 +31,8 @@ class JointSweep : public IkSolver {
     std::unique_ptr<IkSolver> rest;
   };
 
-  JointSweep(const SerialChain& chain, const IkOptions& options, std::vector<int> held, std::vector<Held> samples)
+  JointSweep(const SerialChain& chain, const IkOptions& options, std::vector<int> held,
+             std::vector<Held> samples)
       : IkSolver(chain, options), held_(std::move(held)), samples_(std::move(samples)) {}
 
   bool exact() const override { return false; }
@@ -72,7 +73,8 @@ class JointSweep : public IkSolver {
   void solveAtSeed(const Eigen::Isometry3d& T_base_tip, const double* seed, IkSolutions& out) const {
     SerialChain chain = chain_;
     std::vector<double> values;
-    for (const int joint : held_) values.push_back(std::clamp(seed[joint], chain_.joint(joint).lower, chain_.joint(joint).upper));
+    for (const int joint : held_)
+      values.push_back(std::clamp(seed[joint], chain_.joint(joint).lower, chain_.joint(joint).upper));
     for (size_t i = held_.size(); i-- > 0;) chain = chain.withFixedJoint(held_[i], values[i]);
     const auto solver = makeSpherical6R(chain, options_);
     if (!solver) return;

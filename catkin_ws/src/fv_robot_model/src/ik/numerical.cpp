@@ -1,5 +1,5 @@
-// KDL's Newton-Raphson with joint limits from several starts: for chains without a closed form, and the reference
-// that the closed forms are measured against.
+// KDL's Newton-Raphson with joint limits from several starts: for chains without a closed form, and the
+// reference that the closed forms are measured against.
 
 #include <cmath>
 #include <kdl/chain.hpp>
@@ -19,8 +19,9 @@ KDL::Vector kdlVector(const Eigen::Vector3d& v) { return KDL::Vector(v.x(), v.y(
 
 KDL::Frame kdlFrame(const Eigen::Isometry3d& T) {
   const Eigen::Matrix3d R = T.linear();
-  return KDL::Frame(KDL::Rotation(R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2)),
-                    kdlVector(T.translation()));
+  return KDL::Frame(
+      KDL::Rotation(R(0, 0), R(0, 1), R(0, 2), R(1, 0), R(1, 1), R(1, 2), R(2, 0), R(2, 1), R(2, 2)),
+      kdlVector(T.translation()));
 }
 
 /// Every segment's frame coincides with the base at zero; the last one carries the tip.
@@ -28,8 +29,8 @@ KDL::Chain kdlChain(const SerialChain& chain) {
   KDL::Chain kdl;
   for (const ChainJoint& joint : chain.joints()) {
     const auto type = joint.prismatic ? KDL::Joint::TransAxis : KDL::Joint::RotAxis;
-    kdl.addSegment(
-        KDL::Segment(KDL::Joint(joint.name, kdlVector(joint.point), kdlVector(joint.axis), type), KDL::Frame()));
+    kdl.addSegment(KDL::Segment(KDL::Joint(joint.name, kdlVector(joint.point), kdlVector(joint.axis), type),
+                                KDL::Frame()));
   }
   kdl.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::None), kdlFrame(chain.zeroPose())));
   return kdl;
@@ -76,7 +77,8 @@ class Numerical : public IkSolver {
   void chooseStart(int i, const double* seed, std::mt19937_64& random, KDL::JntArray& start) const {
     for (unsigned k = 0; k < start.rows(); ++k) {
       const double span = upper_(k) - lower_(k);
-      // 53 bits of the generator, not uniform_real_distribution: the same numbers with every standard library.
+      // 53 bits of the generator, not uniform_real_distribution: the same numbers with every standard
+      // library.
       const double share = static_cast<double>(random() >> 11) * 0x1.0p-53;
       if (i == 0) {
         start(k) = seed != nullptr ? seed[k] : lower_(k) + 0.5 * span;

@@ -8,7 +8,8 @@ namespace fv_robot_model::ik {
 
 namespace {
 
-constexpr double kSameAxis = 1e-7;  // relative offsets below this count as none; Newton steps remove the error
+constexpr double kSameAxis =
+    1e-7;  // relative offsets below this count as none; Newton steps remove the error
 
 /// Feet of the common normal of two lines that are not parallel.
 std::array<Eigen::Vector3d, 2> commonNormalFeet(const ChainJoint& a, const ChainJoint& b) {
@@ -22,7 +23,8 @@ std::array<Eigen::Vector3d, 2> commonNormalFeet(const ChainJoint& a, const Chain
 
 }  // namespace
 
-Position3R::Position3R(const std::array<ChainJoint, 3>& axes, const Eigen::Vector3d& p, double limit_tolerance)
+Position3R::Position3R(const std::array<ChainJoint, 3>& axes, const Eigen::Vector3d& p,
+                       double limit_tolerance)
     : tolerance_(limit_tolerance) {
   for (size_t i = 0; i < 3; ++i) {
     h_[i] = axes[i].axis;
@@ -166,8 +168,9 @@ void Position3R::first(const Eigen::Vector3d& v, const CosSin& second, const Cos
   // On the first axis every angle will do: spread some over the range.
   const int samples = turned.any_angle ? 8 : 1;
   for (int i = 0; i < samples && out.count < static_cast<int>(out.item.size()); ++i) {
-    double q1 = turned.any_angle ? limits_.lower[0] + (limits_.upper[0] - limits_.lower[0]) * (i + 0.5) / samples
-                                 : turned.angle.angle();
+    double q1 = turned.any_angle
+                    ? limits_.lower[0] + (limits_.upper[0] - limits_.lower[0]) * (i + 0.5) / samples
+                    : turned.angle.angle();
     if (!fit(0, q1)) continue;
     const CosSin a1 = turned.any_angle ? cosSin(q1) : turned.angle;
     Solution& solution = out.item[static_cast<size_t>(out.count++)];

@@ -46,7 +46,8 @@ class Position3R {
   void solveSkew(const Eigen::Vector3d& v, Solutions& out) const;
   void secondFromPlane(const Eigen::Vector3d& v, const CosSin& third, double q3, double X, double Y,
                        Solutions& out) const;
-  void first(const Eigen::Vector3d& v, const CosSin& second, const CosSin& third, double q3, Solutions& out) const;
+  void first(const Eigen::Vector3d& v, const CosSin& second, const CosSin& third, double q3,
+             Solutions& out) const;
   Linear squaredDistance() const;
   bool fit(int joint, double& q) const;
 

@@ -26,7 +26,8 @@ void checkJoint(const ChainJoint& joint) {
 
 /// The point of the line (point, axis) for which |x - before| + |x - after| is smallest: unfold the second
 /// distance into the plane of the first (the reflection principle).
-Eigen::Vector3d shortestVia(const ChainJoint& line, const Eigen::Vector3d& before, const Eigen::Vector3d& after) {
+Eigen::Vector3d shortestVia(const ChainJoint& line, const Eigen::Vector3d& before,
+                            const Eigen::Vector3d& after) {
   const double t_before = line.axis.dot(before - line.point);
   const double t_after = line.axis.dot(after - line.point);
   const double d_before = (before - line.point - t_before * line.axis).norm();
@@ -74,10 +75,12 @@ SerialChain::SerialChain(std::vector<ChainJoint> joints, const Eigen::Isometry3d
       base_frame_(std::move(base_frame)),
       tip_frame_(std::move(tip_frame)) {
   if (joints_.empty()) {
-    throw std::invalid_argument("chain from '" + base_frame_ + "' to '" + tip_frame_ + "' has no moving joint");
+    throw std::invalid_argument("chain from '" + base_frame_ + "' to '" + tip_frame_ +
+                                "' has no moving joint");
   }
   for (const ChainJoint& joint : joints_) checkJoint(joint);
-  if (!T_base_tip_zero_.matrix().allFinite()) throw std::invalid_argument("zero pose of the chain is not finite");
+  if (!T_base_tip_zero_.matrix().allFinite())
+    throw std::invalid_argument("zero pose of the chain is not finite");
 }
 
 Eigen::Isometry3d SerialChain::forward(const double* q) const {
@@ -156,7 +159,8 @@ ReachBound reachBound(const SerialChain& chain) {
   constexpr int kSweeps = 2000;
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     const double before = polylineLength(vertices);
-    for (size_t i = axes.size(); i-- > 1;) vertices[i] = shortestVia(*axes[i], vertices[i - 1], vertices[i + 1]);
+    for (size_t i = axes.size(); i-- > 1;)
+      vertices[i] = shortestVia(*axes[i], vertices[i - 1], vertices[i + 1]);
     vertices[0] = axes[0]->point + axes[0]->axis.dot(vertices[1] - axes[0]->point) * axes[0]->axis;
     if (before - polylineLength(vertices) < 1e-13) break;
   }

@@ -1,9 +1,9 @@
 // 6R with three consecutive axes through one point, at the wrist or at the shoulder.
 //
-// The point W in which the last three axes meet is carried by the first three alone: a position problem with at
-// most four answers. The rotation that is then missing is made by the last three: two answers each. An arm whose
-// shoulder is spherical is the same arm seen from its tip: its inverse motion is a chain with the joints in
-// reverse order and negated axes.
+// The point W in which the last three axes meet is carried by the first three alone: a position problem with
+// at most four answers. The rotation that is then missing is made by the last three: two answers each. An arm
+// whose shoulder is spherical is the same arm seen from its tip: its inverse motion is a chain with the
+// joints in reverse order and negated axes.
 
 #include <array>
 #include <sstream>
@@ -41,7 +41,8 @@ class Spherical6R : public IkSolver {
     return text.str();
   }
 
-  void solvePose(const Eigen::Isometry3d& T_base_tip, const double* /*seed*/, IkSolutions& out) const override {
+  void solvePose(const Eigen::Isometry3d& T_base_tip, const double* /*seed*/,
+                 IkSolutions& out) const override {
     const Eigen::Isometry3d motion = T_base_tip * T_zero_inverse_;
     const Eigen::Isometry3d E = reversed_ ? motion.inverse() : motion;
     Position3R::Solutions arms;

@@ -34,7 +34,8 @@ void SphericalJoint::solveMiddle(const Eigen::Matrix3d& R, const CosSin& middle,
 
 void SphericalJoint::sampleFirst(const Eigen::Matrix3d& R, double q2, const Eigen::Matrix3d& R2,
                                  Solutions& out) const {
-  // First and last axis fall together: only the sum of their angles is given. Spread the first over its range.
+  // First and last axis fall together: only the sum of their angles is given. Spread the first over its
+  // range.
   constexpr int kSamples = 7;
   const Eigen::Vector3d across = h_[2].unitOrthogonal();
   for (int i = 0; i < kSamples; ++i) {

@@ -25,8 +25,8 @@ std::array<double, 5> derivative(const std::array<double, 5>& a, int degree) {
 }
 
 /// The root between lo and hi, where the polynomial changes its sign: Newton, kept inside by bisection.
-double bracketedRoot(const std::array<double, 5>& a, const std::array<double, 5>& slope, int degree, double lo,
-                     double hi) {
+double bracketedRoot(const std::array<double, 5>& a, const std::array<double, 5>& slope, int degree,
+                     double lo, double hi) {
   const bool rising = evaluate(a, degree, hi) > 0.0;
   double x = 0.5 * (lo + hi);
   for (int i = 0; i < 80; ++i) {

@@ -30,7 +30,8 @@ struct TrigRoots {
   bool any_angle{false};  ///< b = c = rhs = 0: every angle solves it; count is 0.
 };
 
-/// @param scale Magnitude of the numbers that b, c and rhs are differences of: below 1e-12 of it they are noise.
+/// @param scale Magnitude of the numbers that b, c and rhs are differences of: below 1e-12 of it they are
+/// noise.
 inline TrigRoots trigRoots(double b, double c, double rhs, double scale) {
   TrigRoots result;
   const double n2 = b * b + c * c;
@@ -39,7 +40,8 @@ inline TrigRoots trigRoots(double b, double c, double rhs, double scale) {
     return result;
   }
   const double discriminant = n2 - rhs * rhs;
-  // Grazing solutions (an arm just stretched) may miss by rounding: taken as touching, and polished afterwards.
+  // Grazing solutions (an arm just stretched) may miss by rounding: taken as touching, and polished
+  // afterwards.
   if (discriminant < -1e-9 * n2) return result;
   const double root = std::sqrt(std::max(0.0, discriminant));
   const double inverse = discriminant < 0.0 ? 1.0 / (std::sqrt(n2) * std::abs(rhs)) : 1.0 / n2;

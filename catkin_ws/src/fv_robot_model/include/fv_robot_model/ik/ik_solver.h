@@ -11,14 +11,15 @@ namespace fv_robot_model::ik {
 
 /// Settings of every solver; each solver uses those that concern it.
 struct IkOptions {
-  double position_tolerance_m{1e-6};      ///< Every returned solution reproduces the pose to this by FK [m].
-  double angle_tolerance_rad{1e-6};       ///< The same for the rotation [rad].
-  double limit_tolerance_rad{1e-9};       ///< A joint this far outside its limits counts as on the limit [rad].
-  double sweep_step_rad{0.0872664626};    ///< Step of a redundant joint or of the arm angle [rad] (5 degrees).
-  double direction_tolerance_rad{0.0};    ///< Arms with fewer than 6 joints: how far the tip's z may miss [rad].
-  int numerical_starts{40};               ///< KDL: starts per pose.
-  int numerical_iterations{150};          ///< KDL: Newton iterations per start.
-  unsigned numerical_seed{1};             ///< KDL: seed of the starts; equal seeds give equal answers.
+  double position_tolerance_m{1e-6};    ///< Every returned solution reproduces the pose to this by FK [m].
+  double angle_tolerance_rad{1e-6};     ///< The same for the rotation [rad].
+  double limit_tolerance_rad{1e-9};     ///< A joint this far outside its limits counts as on the limit [rad].
+  double sweep_step_rad{0.0872664626};  ///< Step of a redundant joint or of the arm angle [rad] (5 degrees).
+  double direction_tolerance_rad{
+      0.0};                       ///< Arms with fewer than 6 joints: how far the tip's z may miss [rad].
+  int numerical_starts{40};       ///< KDL: starts per pose.
+  int numerical_iterations{150};  ///< KDL: Newton iterations per start.
+  unsigned numerical_seed{1};     ///< KDL: seed of the starts; equal seeds give equal answers.
 };
 
 /// Solutions of one pose, a reusable buffer: size() rows of dof values.
@@ -57,9 +58,11 @@ class IkSolver {
   IkSolver& operator=(const IkSolver&) = delete;
 
   /// Solutions for many tip poses in the chain's base frame; deterministic.
-  /// @param seeds Empty, or one configuration per pose (N, dof): its solutions come nearest first, and numerical
+  /// @param seeds Empty, or one configuration per pose (N, dof): its solutions come nearest first, and
+  /// numerical
   ///              solvers start there. Closed forms list the same solutions with and without a seed.
-  /// @throws std::invalid_argument for a pose that is not finite or whose rotation is none (the index is named),
+  /// @throws std::invalid_argument for a pose that is not finite or whose rotation is none (the index is
+  /// named),
   ///         and for seeds of another shape.
   IkBatch solve(const std::vector<Eigen::Isometry3d>& poses, const Eigen::MatrixXd& seeds = {}) const;
 

@@ -62,9 +62,9 @@ struct ReachBound {
   double radius_m;
 };
 
-/// The shortest polyline that visits the axes in order and ends at the tip: each of its pieces keeps its length
-/// when the joints turn, so by the triangle inequality the tip never leaves the ball. Prismatic joints add their stroke.
-/// With three axes meeting in a shoulder the first point is the shoulder.
+/// The shortest polyline that visits the axes in order and ends at the tip: each of its pieces keeps its
+/// length when the joints turn, so by the triangle inequality the tip never leaves the ball. Prismatic joints
+/// add their stroke. With three axes meeting in a shoulder the first point is the shoulder.
 ReachBound reachBound(const SerialChain& chain);
 
 /// The rotation by the angle with cosine c and sine s about the unit axis h.

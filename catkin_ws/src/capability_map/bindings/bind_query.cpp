@@ -1,0 +1,56 @@
+#include "bindings.h"
+#include "capability_map/capability_query.h"
+
+namespace capability_map {
+namespace {
+
+namespace py = pybind11;
+using Triangles = Eigen::Matrix<int, Eigen::Dynamic, 3, Eigen::RowMajor>;
+
+CapabilityQuery makeQuery(const SphereGrid& grid, const Points& view_directions, const Triangles& triangles,
+                          std::vector<int32_t> row_of_cell, std::vector<uint64_t> words, double pivot_m) {
+  SphereBits bits;
+  bits.row_of_cell = std::move(row_of_cell);
+  bits.words = std::move(words);
+  bits.words_per_row = static_cast<int>((view_directions.rows() + 63) / 64);
+  return CapabilityQuery(grid, DirectionLookup(view_directions, triangles), view_directions, std::move(bits),
+                         pivot_m);
+}
+
+/// (N, 3) and (N, 3) to (N,) float32.
+py::array_t<float> queryMany(const CapabilityQuery& query, const Array& positions, const Array& directions,
+                             bool interpolate) {
+  const auto isPoints = [](const Array& a) { return a.ndim() == 2 && a.shape(1) == 3; };
+  if (!isPoints(positions) || !isPoints(directions) || positions.shape(0) != directions.shape(0)) {
+    throw std::invalid_argument("positions and directions must both be (N, 3)");
+  }
+  py::array_t<float> out(positions.shape(0));
+  float* values = out.mutable_data();
+  const double* p = positions.data();
+  const double* d = directions.data();
+  const py::ssize_t count = positions.shape(0);
+  const py::gil_scoped_release release;
+  for (py::ssize_t i = 0; i < count; ++i) {
+    const Eigen::Map<const Eigen::Vector3d> position(p + 3 * i);
+    const Eigen::Map<const Eigen::Vector3d> direction(d + 3 * i);
+    values[i] = interpolate ? query.interpolated(position, direction) : query.nearest(position, direction);
+  }
+  return out;
+}
+
+}  // namespace
+
+void bindQuery(py::module_& m) {
+  py::class_<CapabilityQuery>(m, "CapabilityQuery", "Answers from stored spheres.")
+      .def(py::init(&makeQuery), py::arg("grid"), py::arg("view_directions"), py::arg("triangles"),
+           py::arg("row_of_cell"), py::arg("words"), py::arg("pivot_m"),
+           "view_directions (N, 3) of the sphere points' z axes, triangles (T, 3) of their hull, row_of_cell "
+           "(cells,) "
+           "(-1: empty sphere), words (rows * ceil(N / 64),) uint64, pivot [m] behind the tip on its z axis.")
+      .def("query", &queryMany, py::arg("positions"), py::arg("directions"), py::arg("interpolate") = true,
+           "Tip positions (N, 3) [m] and viewing directions (N, 3), base frame, to (N,) float32 in 0..1. "
+           "Poses "
+           "outside the map or not finite: 0.");
+}
+
+}  // namespace capability_map

@@ -1,0 +1,98 @@
+"""A capability map in memory: which views can the arm hold?"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from capability_map import store
+from capability_map._core import CapabilityQuery, SphereGrid
+from capability_map.errors import CapabilityMapError
+from capability_map.identity import urdf_hash
+
+
+class CapabilityMap:
+    """Reachability spheres of one arm (thesis 3.2), ready to be asked.
+
+    A view is a tip position and a viewing direction (the tip's z axis), both in `base_frame`; any roll about the
+    direction will do. S is the number of spheres with at least one valid point, N of points on each.
+    """
+
+    threshold: float = 0.5  #: an interpolated answer at or above it counts as reachable
+
+    def __init__(self, data: store.MapData) -> None:
+        self.data = data
+        self.base_frame: str = data.base_frame
+        self.tip_frame: str = data.tip_frame
+        self.grid = SphereGrid(data.grid_origin_m, data.radius_m, data.grid_size)
+        self.view_directions: np.ndarray = -data.outward  #: (N, 3) z axes of the sphere points
+        row_of_cell = np.full(self.grid.cell_count, -1, np.int32)
+        row_of_cell[data.cells] = np.arange(len(data.cells), dtype=np.int32)
+        self._row_of_cell = row_of_cell
+        self._query = CapabilityQuery(
+            self.grid, self.view_directions, data.triangles, row_of_cell, data.bits.reshape(-1), data.pivot_m
+        )
+
+    @classmethod
+    def load(cls, path: str | Path, urdf_xml: str | None = None) -> CapabilityMap:
+        """Read a map file.
+
+        :param urdf_xml: text of the robot's URDF; a map that was made for another one is refused.
+        :raises CapabilityMapError: missing or damaged file, or another URDF (both hashes are named).
+        """
+        data = store.load(Path(path))
+        if urdf_xml is not None and urdf_hash(urdf_xml) != data.urdf_sha256:
+            raise CapabilityMapError(
+                f"{path} was made for another URDF: its hash is {data.urdf_sha256}, that of the robot "
+                f"{urdf_hash(urdf_xml)}; build the map again"
+            )
+        return cls(data)
+
+    def query(self, positions: np.ndarray, directions: np.ndarray, interpolate: bool = True) -> np.ndarray:
+        """Return how surely each view can be held, (N,) float32 in 0..1.
+
+        :param positions: (N, 3) tip positions, base frame [m].
+        :param directions: (N, 3) viewing directions, base frame; their length does not matter.
+        :param interpolate: weigh the 8 spheres and 3 directions around the view; else the bit of the nearest.
+
+        Views outside the map, not finite, or without direction get 0.
+        """
+        return self._query.query(positions, directions, interpolate)
+
+    def query_poses(self, T_base_tip: np.ndarray, interpolate: bool = True) -> np.ndarray:
+        """As query() for tip poses (N, 4, 4); their roll does not count."""
+        T = np.asarray(T_base_tip, float)
+        if T.ndim != 3 or T.shape[1:] != (4, 4):
+            raise CapabilityMapError(f"poses must be (N, 4, 4), not {T.shape}")
+        return self._query.query(T[:, :3, 3], T[:, :3, 2], interpolate)
+
+    def reachable(
+        self, positions: np.ndarray, directions: np.ndarray, interpolate: bool = True
+    ) -> np.ndarray:
+        """Return (N,) bool: query() at or above `threshold`."""
+        return self.query(positions, directions, interpolate) >= self.threshold
+
+    @property
+    def centers(self) -> np.ndarray:
+        """(S, 3) sphere centers, base frame [m]."""
+        return self.grid.centers(self.data.cells.tolist())
+
+    @property
+    def valid(self) -> np.ndarray:
+        """(S, N) bool: which points of each sphere the arm can hold."""
+        packed = self.data.bits.view(np.uint8)
+        return np.unpackbits(packed, axis=1, bitorder="little", count=len(self.data.outward)).astype(bool)
+
+    def index(self) -> np.ndarray:
+        """Return the reachability index D of each sphere, (S,) in percent (thesis 3.7)."""
+        return 100.0 * self.valid.mean(axis=1)
+
+    def witnesses(self, rows: np.ndarray | None = None) -> np.ndarray:
+        """Return stored configurations (V, J) [rad], one per valid point, sphere by sphere, direction by direction.
+
+        :param rows: only these of the V valid points.
+        """
+        shares = self.data.witnesses if rows is None else self.data.witnesses[rows]
+        lower, upper = self.data.joint_limits.T
+        return lower + (upper - lower) * (shares / 65535.0)

@@ -1,0 +1,167 @@
+"""The commands `build` and `info`: their arguments, and what they print."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from capability_map import store
+from capability_map.errors import CapabilityMapError
+from capability_map.parameters import BuildParameters
+from capability_map.paths import default_map_path
+
+
+def run_command(command: Callable[[list[str]], None], arguments: list[str] | None = None) -> int:
+    """Run a command; an expected failure becomes one line on stderr and exit code 1, Ctrl-C 130."""
+    try:
+        command(sys.argv[1:] if arguments is None else arguments)
+    except CapabilityMapError as err:
+        print(f"capability_map: {err}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("\ncapability_map: interrupted; start the same command again to go on", file=sys.stderr)
+        return 130
+    except BrokenPipeError:
+        return 0
+    return 0
+
+
+def _build_arguments(arguments: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(
+        prog="build",
+        description="Build the capability map of an arm; goes on where an interrupted build stopped.",
+    )
+    parser.add_argument("--robot", required=True, help="name of a robot of hubo_description, or its folder")
+    parser.add_argument(
+        "--group", help="SRDF group that is a chain (default: capability_group of robot.yaml)"
+    )
+    parser.add_argument(
+        "--out", type=Path, help="map file (default: data/capability_maps/<robot>_<group>.h5)"
+    )
+    parser.add_argument("--config", type=Path, help="YAML file like config/build.yaml")
+    parser.add_argument(
+        "--radius", type=float, dest="radius_m", help="sphere radius [m] (default: arm length / 30)"
+    )
+    parser.add_argument("--points", type=int, help="points on a sphere (default: 200)")
+    parser.add_argument(
+        "--roll-step", type=float, dest="roll_step_deg", help="step between rolls [deg] (default: 5)"
+    )
+    parser.add_argument(
+        "--no-self-collision",
+        action="store_const",
+        const=False,
+        dest="self_collision",
+        help="ignore self-collision",
+    )
+    parser.add_argument("--workers", type=int, default=2, help="processes on this machine (default: 2)")
+    parser.add_argument("--dask", metavar="tcp://HOST:PORT", help="compute on a Dask cluster instead")
+    parser.add_argument("--force", action="store_true", help="build even when the map is up to date")
+    options = parser.parse_args(arguments)
+    if options.workers < 1:
+        raise CapabilityMapError(f"--workers must be at least 1, not {options.workers}")
+    return options
+
+
+def build_command(arguments: list[str]) -> None:
+    """`rosrun capability_map build`."""
+    from capability_map.build import build_map, local_executor
+    from capability_map.plan import plan_build
+    from capability_map.robots import load_arm
+
+    options = _build_arguments(arguments)
+    base = BuildParameters.from_yaml(options.config) if options.config else BuildParameters()
+    names = ("radius_m", "points", "roll_step_deg", "self_collision")
+    given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    arm = load_arm(options.robot, options.group)
+    plan = plan_build(arm, dataclasses.replace(base, **given))
+    out = options.out or default_map_path(arm.robot, arm.group)
+    if not options.force and is_up_to_date(out, plan.key):
+        print(f"{out} is up to date (URDF {arm.urdf_sha256[:12]}, same settings); nothing to do")
+        return
+    print(
+        f"{arm.robot}/{arm.group}: {plan.base_frame} -> {plan.tip_frame}, arm length {plan.arm_length_m:.3f} m, "
+        f"radius {plan.radius_m * 1000:.1f} mm, {plan.parameters.points} points, "
+        f"{'x'.join(map(str, plan.size))} cells, {len(plan.cells)} within reach"
+    )
+    executor = _dask(options.dask) if options.dask else local_executor(options.workers)
+    bar = ProgressBar()
+    data = build_map(plan, out, executor, bar)
+    bar.finish()
+    print(summary(data))
+    print(f"written to {out} ({out.stat().st_size / 1e6:.1f} MB)")
+
+
+def _dask(address: str):
+    from capability_map.cluster import dask_executor
+
+    return dask_executor(address)
+
+
+def is_up_to_date(path: Path, key: str) -> bool:
+    """Return whether the file is a sound map that was built for the same robot with the same settings."""
+    try:
+        return store.load(path).parameters.get("key") == key
+    except CapabilityMapError:
+        return False
+
+
+class ProgressBar:
+    """Progress on a terminal as one line that renews itself, else as a line every ten seconds."""
+
+    def __init__(self) -> None:
+        self._terminal = sys.stdout.isatty()
+        self._last = time.monotonic() if not self._terminal else 0.0
+
+    def __call__(self, progress) -> None:
+        """Show a Progress."""
+        now = time.monotonic()
+        if now - self._last < (0.2 if self._terminal else 10.0) and progress.done < progress.total:
+            return
+        self._last = now
+        share = progress.done / progress.total
+        bar = "#" * int(30 * share)
+        text = f"[{bar:<30}] {100 * share:3.0f} %  {progress.elapsed_s:.0f} s, {progress.left_s:.0f} s left"
+        print(f"\r{text}  " if self._terminal else text, end="" if self._terminal else "\n", flush=True)
+
+    def finish(self) -> None:
+        """End the line."""
+        if self._terminal:
+            print()
+
+
+def summary(data: store.MapData) -> str:
+    """Return what a map is, in a few lines."""
+    from capability_map.capability_map import CapabilityMap
+
+    cap = CapabilityMap(data)
+    index = cap.index()
+    counts = data.statistics
+    return (
+        f"inverse kinematics: {data.backend}\n"
+        f"spheres with a valid point: {len(index)} of {counts['cells']} "
+        f"({counts['cells_skipped_by_bound']} skipped by the reach bound); reachability index mean "
+        f"{index.mean() if len(index) else 0.0:.1f} %, largest {index.max() if len(index) else 0.0:.1f} %\n"
+        f"{counts['seconds']:.1f} s, {counts['ik_calls']} calls of inverse kinematics, "
+        f"{counts['collision_checks']} collision checks, {len(data.manipulability)} valid points"
+    )
+
+
+def info_command(arguments: list[str]) -> None:
+    """`rosrun capability_map info`."""
+    parser = argparse.ArgumentParser(prog="info", description="Say what a capability map holds.")
+    parser.add_argument("map", type=Path, help="map file")
+    data = store.load(parser.parse_args(arguments).map)
+    print(f"{data.robot}/{data.group}: {data.base_frame} -> {data.tip_frame}, URDF {data.urdf_sha256}")
+    print(
+        f"arm length {data.arm_length_m:.4f} m about {data.reach_center_m}, wrist {data.pivot_m:.4f} m behind the tip"
+    )
+    size = "x".join(str(count) for count in data.grid_size)
+    print(
+        f"grid {size} from {data.grid_origin_m}, radius {data.radius_m:.5f} m, {len(data.outward)} points a sphere"
+    )
+    print(f"parameters: {data.parameters}")
+    print(summary(data))

@@ -1,0 +1,150 @@
+"""What a build will do, worked out and checked before it starts."""
+
+from __future__ import annotations
+
+import dataclasses
+import hashlib
+import json
+import math
+
+import numpy as np
+
+from capability_map._core import ProbeOptions, SphereGrid, cells_in_reach, spiral_points
+from capability_map.errors import CapabilityMapError
+from capability_map.parameters import BuildParameters
+from capability_map.robots import Arm
+
+
+@dataclasses.dataclass(frozen=True)
+class BuildPlan:
+    """Grid, directions and cells of a build, with the settings that every worker needs. Pickles."""
+
+    arm: Arm
+    parameters: BuildParameters
+    base_frame: str
+    tip_frame: str
+    joint_names: tuple[str, ...]
+    joint_limits: np.ndarray  # (J, 2)
+    reach_center_m: np.ndarray  # (3,)
+    arm_length_m: float
+    pivot_m: float
+    origin_m: np.ndarray  # (3,)
+    size: tuple[int, int, int]
+    radius_m: float
+    outward: np.ndarray  # (N, 3)
+    cells: np.ndarray  # (C,) cells within the proven reach
+
+    def grid(self) -> SphereGrid:
+        """Return the grid as the C++ core knows it."""
+        return SphereGrid(self.origin_m, self.radius_m, list(self.size))
+
+    def probe_options(self) -> ProbeOptions:
+        """Return the settings of ViewProbe."""
+        options = ProbeOptions()
+        options.roll_step_rad = math.radians(self.parameters.roll_step_deg)
+        options.arm_angle_step_rad = math.radians(self.parameters.arm_angle_step_deg)
+        options.self_collision = self.parameters.self_collision
+        options.self_collision_padding_m = self.parameters.self_collision_padding_m
+        if len(self.joint_names) < 6:
+            options.direction_tolerance_rad = math.radians(self.direction_tolerance_deg)
+        return options
+
+    @property
+    def direction_tolerance_deg(self) -> float:
+        """What an arm with fewer than 6 joints may miss; by default a cap of one N-th of the sphere."""
+        if self.parameters.direction_tolerance_deg is not None:
+            return self.parameters.direction_tolerance_deg
+        return math.degrees(math.acos(1.0 - 2.0 / self.parameters.points))
+
+    @property
+    def key(self) -> str:
+        """Hash of everything that decides the map's content: equal keys, equal maps."""
+        text = json.dumps(
+            [
+                self.arm.urdf_sha256,
+                hashlib.sha256(self.arm.srdf_xml.encode()).hexdigest(),
+                self.arm.group,
+                dataclasses.asdict(self.parameters),
+            ],
+            sort_keys=True,
+        )
+        return hashlib.sha256(text.encode()).hexdigest()
+
+
+def plan_build(arm: Arm, parameters: BuildParameters) -> BuildPlan:
+    """Work out grid and cells.
+
+    :raises CapabilityMapError: the group is no chain, the arm has no length, or the grid would be too large.
+    """
+    from fv_robot_model.ik import SerialChain
+
+    try:
+        chain = SerialChain.of_group(arm.model(), arm.group)
+    except ValueError as err:
+        raise CapabilityMapError(f"group {arm.group}: {err}") from err
+    center, length = chain.reach_bound()
+    if length < 1e-3:
+        raise CapabilityMapError(f"group {arm.group}: the arm is only {length} m long; nothing to map")
+    radius = parameters.radius_m or length / parameters.radii_per_arm_length
+    low, high = _box(parameters, center, length)
+    size = _grid_size(parameters, radius, low, high)
+    origin = 0.5 * (low + high) - radius * np.array(size)
+    grid = SphereGrid(origin, radius, list(size))
+    return BuildPlan(
+        arm=arm,
+        parameters=parameters,
+        base_frame=chain.base_frame,
+        tip_frame=chain.tip_frame,
+        joint_names=tuple(chain.joint_names),
+        joint_limits=chain.limits,
+        reach_center_m=center,
+        arm_length_m=length,
+        pivot_m=wrist_pivot(chain),
+        origin_m=origin,
+        size=size,
+        radius_m=radius,
+        outward=spiral_points(parameters.points),
+        cells=np.array(cells_in_reach(grid, center, length), np.int64),
+    )
+
+
+def _box(parameters: BuildParameters, center: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
+    if parameters.box_min_m is None:
+        return center - length, center + length
+    return np.array(parameters.box_min_m), np.array(parameters.box_max_m)
+
+
+def _grid_size(parameters: BuildParameters, radius: float, low: np.ndarray, high: np.ndarray):
+    """Return the number of cells along each axis, after checking what they will cost."""
+    counts = np.ceil((high - low) / (2.0 * radius) - 1e-9)
+    cells = float(np.prod(counts))
+    if not cells <= parameters.max_cells:
+        raise CapabilityMapError(
+            f"radius {radius:g} m makes {cells:.3g} cells, more than max_cells {parameters.max_cells}; "
+            f"choose a larger radius or a smaller box"
+        )
+    # Per point of the grid: its flag, and, for the half that may be valid, 8 float32 joints, packed and unpacked.
+    megabytes = cells * parameters.points * (1.0 + 0.5 * 0.52 * 8 * 6) / 1e6
+    if megabytes > parameters.max_memory_mb:
+        raise CapabilityMapError(
+            f"{cells:.0f} cells of {parameters.points} points need about {megabytes:.0f} MB, more than "
+            f"max_memory_mb {parameters.max_memory_mb:g}; choose a larger radius, fewer points or a smaller box"
+        )
+    return tuple(max(1, int(count)) for count in counts)
+
+
+def wrist_pivot(chain) -> float:
+    """Return how far behind the tip, along its z axis, the wrist acts [m].
+
+    It is the point of the z axis nearest to the last joint axis that is not parallel to z: what the arm can hold
+    depends on where that point must be, far more than on where the tip must be.
+    """
+    T = chain.T_zero
+    tip, z = T[:3, 3], T[:3, 2]
+    for axis, point in zip(chain.axes[::-1], chain.points[::-1], strict=True):
+        normal = np.cross(z, axis)
+        if normal @ normal < 1e-6:
+            continue
+        along = np.cross(point - tip, axis) @ normal / (normal @ normal)
+        return float(-along)
+    return 0.0

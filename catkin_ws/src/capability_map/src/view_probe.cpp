@@ -1,0 +1,143 @@
+#include "capability_map/view_probe.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace capability_map {
+
+namespace ik = fv_robot_model::ik;
+
+namespace {
+
+/// 0 to 2 pi in at most the given steps, coarse to fine: most views that can be held are found in a few
+/// tries.
+std::vector<double> coarseToFine(double step) {
+  const int count = std::max(1, static_cast<int>(std::ceil(2.0 * M_PI / step - 1e-9)));
+  std::vector<double> angles;
+  std::vector<bool> used(static_cast<size_t>(count), false);
+  for (int stride = count; stride >= 1; stride /= 2) {
+    for (int i = 0; i < count; i += stride) {
+      if (used[static_cast<size_t>(i)]) continue;
+      used[static_cast<size_t>(i)] = true;
+      angles.push_back(2.0 * M_PI * i / count);
+    }
+  }
+  return angles;
+}
+
+/// The last joint's axis is the tip's z axis: turning it is rolling.
+bool rollsAboutTipZ(const ik::SerialChain& chain) {
+  const ik::ChainJoint& last = chain.joints().back();
+  const Eigen::Vector3d z = chain.zeroPose().linear().col(2);
+  const bool aligned = last.axis.cross(z).norm() < 1e-6;
+  const bool on_axis = last.axis.cross(chain.zeroPose().translation() - last.point).norm() < 1e-6;
+  return !last.prismatic && aligned && on_axis;
+}
+
+Eigen::Matrix3d frameLookingAlong(const Eigen::Vector3d& z) {
+  Eigen::Matrix3d R;
+  R.col(2) = z.normalized();
+  R.col(0) = R.col(2).unitOrthogonal();
+  R.col(1) = R.col(2).cross(R.col(0));
+  return R;
+}
+
+}  // namespace
+
+ViewProbe::ViewProbe(const fv_robot_model::RobotModel& model, const std::string& group,
+                     const ProbeOptions& options)
+    : model_(model), group_(model.group(group)), options_(options) {
+  if (!(options.roll_step_rad > 0.0) || !(options.arm_angle_step_rad > 0.0)) {
+    throw std::invalid_argument("roll_step_rad and arm_angle_step_rad must be positive");
+  }
+  ik::IkOptions ik_options;
+  ik_options.sweep_step_rad = options.arm_angle_step_rad;
+  ik_options.direction_tolerance_rad = options.direction_tolerance_rad;
+  const ik::SerialChain chain = ik::chainOfGroup(model, group);
+  solver_ = ik::makeIkSolver(chain, ik_options);
+  roll_by_last_joint_ = rollsAboutTipZ(chain);
+  if (roll_by_last_joint_) {
+    roll_solver_ = ik::makeIkSolver(chain.withLimits(chain.dof() - 1, -M_PI, M_PI), ik_options);
+  }
+  if (options.self_collision) {
+    collision_ = std::make_unique<fv_robot_model::SelfCollision>(
+        model, group_, fv_robot_model::SelfCollisionConfig{options.self_collision_padding_m, true});
+  }
+  rolls_ = coarseToFine(options.roll_step_rad);
+  // Joints outside the group rest at zero, or at the nearest value that their limits allow.
+  q_all_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(model.jointNames().size()));
+  for (Eigen::Index i = 0; i < q_all_.size(); ++i) {
+    const fv_robot_model::JointLimits& limits = model.limits()[static_cast<size_t>(i)];
+    q_all_[i] = std::clamp(0.0, limits.lower, limits.upper);
+  }
+  model.forward(q_all_, link_poses_);
+}
+
+bool ViewProbe::isFree(const double* q) {
+  if (!collision_) return true;
+  ++counts_.collision_checks;
+  for (int k = 0; k < dof(); ++k) q_all_[group_.joint_indices[static_cast<size_t>(k)]] = q[k];
+  model_.forward(q_all_, group_, link_poses_);
+  return !collision_->inContact(link_poses_);
+}
+
+double ViewProbe::bestFree(bool any_roll, double* q_witness) {
+  ranking_.clear();
+  for (int i = 0; i < solutions_.size(); ++i) {
+    ranking_.emplace_back(-solver_->chain().manipulability(solutions_.row(i)), i);
+  }
+  std::sort(ranking_.begin(), ranking_.end());
+  for (const auto& [negative, i] : ranking_) {
+    double* q = solutions_.row(i);
+    const bool free = any_roll ? freeAtSomeRoll(q) : isFree(q);
+    if (!free) continue;
+    std::copy_n(q, dof(), q_witness);
+    return -negative;
+  }
+  return -1.0;
+}
+
+bool ViewProbe::freeAtSomeRoll(double* q) {
+  // The last joint is free: its middle, then others, in case that what is mounted on it touches the arm.
+  constexpr int kTries = 8;
+  const ik::ChainJoint& last = solver_->chain().joints().back();
+  const double middle = std::clamp(0.0, last.lower, last.upper);
+  for (int i = 0; i < kTries; ++i) {
+    q[dof() - 1] = i == 0 ? middle : last.lower + (last.upper - last.lower) * (i - 0.5) / (kTries - 1);
+    if (isFree(q)) return true;
+    if (!collision_) return false;
+  }
+  return false;
+}
+
+double ViewProbe::decideFreeRoll(const Eigen::Isometry3d& T, double* q_witness) {
+  solutions_.reset(dof());
+  ++counts_.ik_calls;
+  roll_solver_->solvePose(T, nullptr, solutions_);
+  return bestFree(true, q_witness);
+}
+
+double ViewProbe::decide(const Eigen::Vector3d& position, const Eigen::Vector3d& direction,
+                         double* q_witness) {
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  T.translation() = position;
+  T.linear() = frameLookingAlong(direction);
+  if (roll_by_last_joint_) return decideFreeRoll(T, q_witness);
+  const Eigen::Matrix3d R = T.linear();
+  for (const double roll : rolls_) {
+    T.linear() = R * Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+    const double manipulability = decidePose(T, q_witness);
+    if (manipulability >= 0.0) return manipulability;
+  }
+  return -1.0;
+}
+
+double ViewProbe::decidePose(const Eigen::Isometry3d& T_base_tip, double* q_witness) {
+  solutions_.reset(dof());
+  ++counts_.ik_calls;
+  solver_->solvePose(T_base_tip, nullptr, solutions_);
+  return bestFree(false, q_witness);
+}
+
+}  // namespace capability_map
