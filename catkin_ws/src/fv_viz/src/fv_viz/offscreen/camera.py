@@ -1,0 +1,141 @@
+"""Takes pictures through an RViz process: starts it, watches its time, and starts it once more when it fails."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+
+from fv_viz.config import ScreenshotConfig
+from fv_viz.offscreen import processes
+from fv_viz.offscreen.xvfb import Xvfb
+
+
+class RvizFailed(RuntimeError):
+    """RViz died, hung or did not start."""
+
+
+class RvizProcess:
+    """One running RViz.
+
+    Raises RvizFailed when it does not come up.
+    """
+
+    def __init__(self, config: ScreenshotConfig, display: str) -> None:
+        reader, writer = os.pipe()
+        self._replies: int | None = reader
+        environment = {**os.environ, "DISPLAY": display}
+        environment.setdefault("LIBGL_ALWAYS_SOFTWARE", "1")
+        environment.setdefault("QT_X11_NO_MITSHM", "1")
+        arguments = [config.config, str(config.width), str(config.height), str(writer)]
+        with open(config.log or os.devnull, "ab") as log:
+            self._process = subprocess.Popen(
+                [sys.executable, "-m", "fv_viz.offscreen.rviz_process", *arguments],
+                stdin=subprocess.PIPE,
+                stdout=log,
+                stderr=log,
+                pass_fds=[writer],
+                env=environment,
+                preexec_fn=processes.die_with_parent,
+            )
+        os.close(writer)
+        self._read(config.start_timeout_s, "start")
+
+    @property
+    def pid(self) -> int:
+        """Process id."""
+        return self._process.pid
+
+    def order(self, order: dict, timeout_s: float) -> dict:
+        """Send one order and wait for its reply; raises RvizFailed, or ValueError when RViz refuses the order."""
+        try:
+            self._process.stdin.write(json.dumps(order).encode() + b"\n")
+            self._process.stdin.flush()
+        except OSError as error:
+            raise RvizFailed(f"RViz has died ({error})") from error
+        reply = self._read(timeout_s, "picture")
+        if not reply["ok"]:
+            raise ValueError(reply["message"])
+        return reply
+
+    def close(self) -> None:
+        """End RViz; a second call does nothing."""
+        if self._replies is not None:
+            processes.stop(self._process, patience_s=1.0)
+            self._process.stdin.close()
+            os.close(self._replies)
+            self._replies = None
+
+    def _read(self, timeout_s: float, what: str) -> dict:
+        line = processes.read_line(self._replies, timeout_s)
+        if line is None:
+            code = self._process.poll()
+            self.close()
+            fate = f"did not answer within {timeout_s:g} s" if code is None else f"died with code {code}"
+            raise RvizFailed(f"RViz {fate} ({what})")
+        return json.loads(line)
+
+
+class Camera:
+    """Pictures on demand; owns the display (its own Xvfb when there is none) and the RViz process.
+
+    Raises RuntimeError when there is neither a display nor Xvfb. RViz itself starts with the first picture or start().
+    """
+
+    def __init__(self, config: ScreenshotConfig) -> None:
+        self._config = config
+        self._server = None if os.environ.get("DISPLAY") else Xvfb()
+        self._display = self._server.name if self._server else os.environ["DISPLAY"]
+        self._rviz: RvizProcess | None = None
+        # One thread for all orders: RViz ends with the thread that started it, see die_with_parent.
+        self._worker = ThreadPoolExecutor(max_workers=1)
+
+    @property
+    def rviz_pid(self) -> int | None:
+        """Process id of the running RViz, None when there is none."""
+        return self._rviz.pid if self._rviz else None
+
+    def start(self) -> None:
+        """Start RViz if it does not run; raises RvizFailed."""
+        self._worker.submit(self._start).result()
+
+    def take(self, order: dict) -> dict:
+        """One picture; RViz is started again once when it fails.
+
+        Raises RvizFailed when it fails twice, ValueError for an order that RViz refuses (unknown display or view).
+        """
+        return self._worker.submit(self._take, {"settle_s": self._config.settle_s, **order}).result()
+
+    def close(self) -> None:
+        """End RViz and the X server that was started here."""
+        if self._rviz:
+            self._rviz.close()
+            self._rviz = None
+        self._worker.shutdown()
+        if self._server:
+            self._server.close()
+            self._server = None
+
+    def _start(self) -> None:
+        if self._rviz is None:
+            self._rviz = RvizProcess(self._config, self._display)
+
+    def _take(self, order: dict) -> dict:
+        try:
+            return self._try(order)
+        except RvizFailed as first:
+            try:
+                return self._try(order)
+            except RvizFailed as second:
+                raise RvizFailed(f"{second}; before its restart: {first}") from second
+
+    def _try(self, order: dict) -> dict:
+        self._start()
+        try:
+            return self._rviz.order(order, self._config.timeout_s)
+        except RvizFailed:
+            self._rviz.close()
+            self._rviz = None
+            raise

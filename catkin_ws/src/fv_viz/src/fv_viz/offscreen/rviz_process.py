@@ -1,0 +1,192 @@
+"""RViz as a program that takes orders: JSON lines in, JSON lines out. Run as a module, by RvizProcess only.
+
+Orders: {"camera": [...], "preset": str, "show": [...], "hide": [...], "grab": file, "settle_s": s}. Between orders
+RViz does not render, so that it costs nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+
+import numpy as np
+from python_qt_binding.QtCore import QSocketNotifier
+from python_qt_binding.QtGui import QImage
+from python_qt_binding.QtWidgets import QApplication
+from rviz import bindings as rviz
+
+CAMERA = ("Distance", "Yaw", "Pitch")
+
+
+class Renderer:
+    """One RViz window without docks, and the orders that it knows."""
+
+    def __init__(self, app: QApplication, config: str, width: int, height: int) -> None:
+        self._app = app
+        self._frame = rviz.VisualizationFrame()
+        self._frame.setSplashPath("")
+        self._frame.initialize()
+        parsed = rviz.Config()
+        rviz.YamlConfigReader().readFile(parsed, config)
+        if not parsed.isValid():
+            raise ValueError(f"{config} is no RViz configuration")
+        self._frame.load(parsed)
+        self._frame.setMenuBar(None)
+        self._frame.statusBar().hide()
+        self._frame.setHideButtonVisibility(False)
+        self._hide_docks()
+        self._frame.resize(width, height)
+        self._frame.show()
+        self._manager = self._frame.getManager()
+        self._root = self._manager.getRootDisplayGroup()
+        self._shown = {display.getName(): display.isEnabled() for display in self._displays()}
+        self._running = True
+        self.work(1.0)
+        self._rest()
+
+    def obey(self, order: dict) -> dict:
+        """Carry out one order; returns the reply."""
+        self._toggle(order.get("show", []), order.get("hide", []))
+        self._look(order.get("preset", ""), order.get("camera", []))
+        self._wake()
+        try:
+            stable = self._settle(float(order.get("settle_s", 5.0)))
+            saved = self._grab().save(order["grab"], "PNG")
+        finally:
+            self._rest()
+        if not saved:
+            raise OSError(f"cannot write {order['grab']}")
+        return {"stable": stable, "topics": self._topics(), "errors": self._errors()}
+
+    def work(self, seconds: float) -> None:
+        """Let Qt and RViz run for a while."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self._app.processEvents()
+            time.sleep(0.005)
+
+    def _displays(self) -> list:
+        return [self._root.getDisplayAt(k) for k in range(self._root.numDisplays())]
+
+    def _hide_docks(self) -> None:
+        from python_qt_binding.QtWidgets import QDockWidget, QToolBar
+
+        for widget in self._frame.findChildren(QDockWidget) + self._frame.findChildren(QToolBar):
+            widget.hide()
+
+    def _toggle(self, show: list[str], hide: list[str]) -> None:
+        unknown = sorted({*show, *hide} - set(self._shown) - {"*"})
+        if unknown:
+            raise ValueError(f"no display named {', '.join(unknown)}; known: {', '.join(self._shown)}")
+        for display in self._displays():
+            name = display.getName()
+            wanted = name in show or (self._shown[name] and name not in hide and "*" not in hide)
+            if wanted != display.isEnabled():
+                display.setEnabled(wanted)
+
+    def _look(self, preset: str, camera: list[float]) -> None:
+        views = self._manager.getViewManager()
+        if preset:
+            saved = {views.getViewAt(k).getName(): views.getViewAt(k) for k in range(views.getNumViews())}
+            if preset not in saved:
+                raise ValueError(f"no saved view {preset!r}; known: {', '.join(saved)}")
+            views.setCurrentFrom(saved[preset])
+        elif camera:
+            if len(camera) != 6:
+                raise ValueError(f"camera needs distance, yaw, pitch, x, y, z; got {len(camera)} numbers")
+            current = views.getCurrent()
+            for name, value in zip(CAMERA, camera[:3], strict=True):
+                current.subProp(name).setValue(float(value))
+            for name, value in zip("XYZ", camera[3:], strict=True):
+                current.subProp("Focal Point").subProp(name).setValue(float(value))
+
+    def _wake(self) -> None:
+        if not self._running:
+            self._manager.startUpdate()
+            self._running = True
+
+    def _rest(self) -> None:
+        if self._running:
+            self._manager.stopUpdate()
+            self._running = False
+
+    def _frames(self, count: int, limit_s: float) -> None:
+        """Run until some frames more are drawn."""
+        deadline, goal = time.monotonic() + limit_s, self._manager.getFrameCount() + count
+        while self._manager.getFrameCount() < goal and time.monotonic() < deadline:
+            self._app.processEvents()
+            time.sleep(0.005)
+
+    def _settle(self, limit_s: float) -> bool:
+        """Wait until the picture does not change any more; False when it still does at the limit."""
+        deadline, before = time.monotonic() + limit_s, None
+        self._frames(3, limit_s)
+        while time.monotonic() < deadline:
+            self.work(0.25)
+            self._frames(2, limit_s)
+            now = self._pixels()
+            if before is not None and before.shape == now.shape and np.mean(before != now) < 1e-4:
+                return True
+            before = now
+        return False
+
+    def _grab(self) -> QImage:
+        return self._app.primaryScreen().grabWindow(self._frame.winId()).toImage()
+
+    def _pixels(self) -> np.ndarray:
+        image = self._grab().convertToFormat(QImage.Format_RGB32)
+        data = image.constBits().asarray(image.sizeInBytes())
+        return np.frombuffer(data, dtype=np.uint8).copy()
+
+    def _topics(self) -> list[str]:
+        topics = []
+        for display in self._displays():
+            children = [display.childAt(k) for k in range(display.numChildren())]
+            if display.isEnabled():
+                topics += [str(c.getValue()) for c in children if c.getName() in ("Topic", "Marker Topic")]
+        return topics
+
+    def _errors(self) -> list[str]:
+        """Status lines of level error; RViz names the status property "Status: Error" then."""
+        found = []
+        for display in self._displays():
+            children = [display.childAt(k) for k in range(display.numChildren())]
+            for status in children:
+                if display.isEnabled() and status.getName() == "Status: Error":
+                    lines = [status.childAt(k) for k in range(status.numChildren())]
+                    words = "; ".join(f"{line.getName()}: {line.getValue()}" for line in lines)
+                    found.append(f"{display.getName()}: {words}")
+        return found
+
+
+def serve(app: QApplication, renderer: Renderer, replies) -> None:
+    """Obey orders from standard input until it ends."""
+
+    def on_input() -> None:
+        line = sys.stdin.buffer.readline()
+        if not line:
+            os._exit(0)  # the parent is gone; destructors of a running RViz may hang
+        try:
+            reply = {"ok": True, **renderer.obey(json.loads(line))}
+        except (ValueError, OSError, KeyError) as error:
+            reply = {"ok": False, "message": str(error)}
+        print(json.dumps(reply), file=replies, flush=True)
+
+    notifier = QSocketNotifier(sys.stdin.fileno(), QSocketNotifier.Read)
+    notifier.activated.connect(on_input)
+    print(json.dumps({"ok": True}), file=replies, flush=True)
+    app.exec_()
+
+
+def main() -> None:
+    """Arguments: configuration, width, height, descriptor for the replies (RViz itself chats on stdout)."""
+    config, width, height, descriptor = sys.argv[1], int(sys.argv[2]), int(sys.argv[3]), int(sys.argv[4])
+    app = QApplication(sys.argv[:1])
+    with os.fdopen(descriptor, "w") as replies:
+        serve(app, Renderer(app, config, width, height), replies)
+
+
+if __name__ == "__main__":
+    main()

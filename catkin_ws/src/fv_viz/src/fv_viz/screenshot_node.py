@@ -1,0 +1,100 @@
+"""The screenshot node: the service /fv_viz/screenshot."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import tempfile
+import threading
+import time
+from pathlib import Path
+
+import rospkg
+import rospy
+from fv_msgs.srv import Screenshot, ScreenshotRequest, ScreenshotResponse
+from PIL import Image as Picture
+from std_msgs.msg import UInt64
+
+from fv_viz import legend
+from fv_viz.config import ScreenshotConfig, VizConfig, from_params
+from fv_viz.offscreen.camera import Camera, RvizFailed
+
+
+class ScreenshotNode:
+    """Serves one picture at a time."""
+
+    def __init__(self) -> None:
+        config = from_params(ScreenshotConfig, rospy.get_param("~", {}))
+        if not config.config:
+            folder = rospkg.RosPack().get_path("fv_viz")
+            config = dataclasses.replace(config, config=os.path.join(folder, "rviz", "exploration.rviz"))
+        if not os.path.isfile(config.config):
+            raise ValueError(f"no RViz configuration {config.config}")
+        self._config = config
+        self._entries = legend.entries(VizConfig())
+        self._camera = Camera(config)
+        self._lock = threading.Lock()
+        self._drawn = 0
+        self._subscriber = rospy.Subscriber("/fv_viz/drawn", UInt64, self._on_drawn, queue_size=1)
+        self._start()
+        self._service = rospy.Service("/fv_viz/screenshot", Screenshot, self._serve)
+
+    def close(self) -> None:
+        """End RViz and its display."""
+        with self._lock:
+            self._camera.close()
+
+    def _start(self) -> None:
+        try:
+            self._camera.start()
+        except RvizFailed as error:
+            rospy.logwarn("%s; the first picture tries again", error)
+
+    def _on_drawn(self, msg: UInt64) -> None:
+        self._drawn = msg.data
+
+    def _serve(self, request: ScreenshotRequest) -> ScreenshotResponse:
+        with self._lock:
+            try:
+                reply, path = self._picture(request)
+            except (ValueError, OSError, RvizFailed) as error:
+                rospy.logwarn("no picture: %s", error)
+                return ScreenshotResponse(success=False, message=str(error))
+        return ScreenshotResponse(True, path, reply["errors"])
+
+    def _picture(self, request: ScreenshotRequest) -> tuple[dict, str]:
+        if not request.path:
+            raise ValueError("no path for the picture")
+        path = Path(self._config.out_dir) / request.path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        self._wait_for_map(request.map_sequence)
+        with tempfile.TemporaryDirectory() as folder:
+            raw = os.path.join(folder, "raw.png")
+            order = {"grab": raw, "preset": request.preset, "camera": list(request.camera)}
+            reply = self._camera.take({**order, "show": list(request.show), "hide": list(request.hide)})
+            layers = [] if request.no_legend else [t.rsplit("/", 1)[-1] for t in reply["topics"]]
+            lines = [line for name, group in self._entries.items() if name in layers for line in group]
+            picture = legend.framed(Picture.open(raw).convert("RGB"), request.title, request.facts, lines)
+        picture.save(path, "PNG", optimize=True)
+        return reply, str(path)
+
+    def _wait_for_map(self, sequence: int) -> None:
+        """Wait for the markers of a map; draws what there is after the time, and says so."""
+        deadline = time.monotonic() + self._config.settle_s
+        while self._drawn < sequence and time.monotonic() < deadline and not rospy.is_shutdown():
+            time.sleep(0.05)
+        if self._drawn < sequence:
+            rospy.logwarn("the picture shows map %d, not %d as asked", self._drawn, sequence)
+
+
+def main() -> int:
+    """Run the node; returns the exit code."""
+    rospy.init_node("fv_screenshot")
+    try:
+        node = ScreenshotNode()
+    except (ValueError, RuntimeError) as error:
+        rospy.logfatal("%s", error)
+        return 1
+    rospy.spin()
+    node.close()
+    return 0
