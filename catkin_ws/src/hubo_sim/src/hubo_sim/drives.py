@@ -31,8 +31,9 @@ class EffortDrive:
 
     P and D act on the state predicted for the end of the step (Tan, Liu, Turk, "Stable Proportional-Derivative
     Controllers", IEEE CG&A 2011): with wrists of a few g m^2, explicit PID at 240 Hz would diverge with any gain
-    that tracks. The joints' own damping is treated alike, Bullet's explicit one is off. The integral part is bounded by i_clamp [N m] (0: unbounded) and starts from the torque that holds
-    the pose against gravity, as a real arm that is already standing does.
+    that tracks. The joints' own damping is treated alike, Bullet's explicit one is off. The integral part is
+    bounded by i_clamp [N m] (0: unbounded) and starts from the torque that holds the pose against gravity, as a
+    real arm that is already standing does.
     """
 
     def __init__(

@@ -37,7 +37,10 @@ def cache_folder() -> Path:
 
 
 def resolve_file(value: Any, where: str) -> str:
-    """Absolute path of 'pybullet_data:<path>', 'package://<pkg>/<path>', 'file://<path>' or a path; SimError if absent."""
+    """Absolute path of 'pybullet_data:<path>', 'package://<pkg>/<path>', 'file://<path>' or a plain path.
+
+    Raises SimError, beginning with `where`, when there is no such file.
+    """
     if not isinstance(value, str) or not value:
         raise SimError(f"{where}: file must be a path, got {value!r}")
     if value.startswith("pybullet_data:"):

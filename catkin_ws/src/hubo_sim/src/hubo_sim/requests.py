@@ -15,7 +15,8 @@ class RequestQueue:
     """Functions that other threads put in and the owner's thread runs, first in first out."""
 
     def __init__(self) -> None:
-        self._queue: queue.SimpleQueue[tuple[Callable[[], Any], Future | None]] = queue.SimpleQueue()
+        # Not SimpleQueue: interrupted by a signal, its get() with a timeout can wait for ever (Python 3.11).
+        self._queue: queue.Queue[tuple[Callable[[], Any], Future | None]] = queue.Queue()
 
     def post(self, function: Callable[[], Any]) -> None:
         """Run `function` in the owner's thread, some time soon. An error it raises ends the owner's loop."""

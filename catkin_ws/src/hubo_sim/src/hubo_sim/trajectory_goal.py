@@ -58,7 +58,7 @@ _LIMIT_MARGIN = 1e-4
 
 
 def check_goal(goal: TrajectoryGoal, joints: list[JointInfo], now_s: float, allow_partial: bool) -> None:
-    """Raise Refusal unless the goal may be accepted by a controller of these joints; an empty one may: it means stop."""
+    """Raise Refusal unless a controller of these joints may accept the goal; one without points means stop."""
     _check_joints(goal, [joint.name for joint in joints], allow_partial)
     if not goal.times_s:
         return

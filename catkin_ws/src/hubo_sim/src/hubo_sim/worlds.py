@@ -185,7 +185,7 @@ def parse_object(content: Any, where: str) -> WorldObject:
     if not isinstance(entry.name, str) or not re.fullmatch(r"[\w.-]+", entry.name):
         raise SimError(f"{where}: name must be letters, digits, '_', '-' or '.'")
     color = list(entry.color) if isinstance(entry.color, (list, tuple)) else [None]
-    rgba = vector(color + [1.0] if len(color) == 3 else color, f"{where}: color", 4)
+    rgba = vector([*color, 1.0] if len(color) == 3 else color, f"{where}: color", 4)
     return WorldObject(
         name=entry.name,
         shape=shapes[0],
