@@ -111,4 +111,4 @@ def suite():
 
 if __name__ == "__main__":
     rospy.init_node("viz_rostest")
-    rostest.rosrun("fv_viz", "viz", "viz_rostest.suite")
+    rostest.rosrun("fv_viz", "viz_rostest", "viz_rostest.suite")

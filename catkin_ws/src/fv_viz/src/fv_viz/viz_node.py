@@ -62,6 +62,7 @@ class VizNode:
         self._joints: dict[str, float] = {}
         self._robot: RobotShapes | None = None
         self._due: dict[str, bool] = {}  # layer -> whole?
+        self._held: dict[str, float] = {}  # layer -> resolution of the voxels that RViz holds
         self._wake = threading.Condition()
         self._publishers = {name: self._advertise(name) for name in (*EVALUATION_LAYERS, *SOURCES)}
         self._legend = rospy.Publisher("/fv_viz/legend", Image, latch=True, queue_size=1)
@@ -139,7 +140,9 @@ class VizNode:
     def _draw(self, name: str, msg, whole: bool) -> None:
         header = Header(frame_id=msg.header.frame_id or "world")
         if name in EVALUATION_LAYERS:
+            whole = whole or self._held.get(name) != msg.resolution
             out = getattr(self._drawing, name)(header, msg, whole)
+            self._held[name] = msg.resolution
         elif name == "path":
             out = decisions.path(header, msg, self._config, self._robot_shapes(), self._joints)
         elif name in ("views", "chosen_view"):
