@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 
 import numpy as np
@@ -19,19 +20,18 @@ class CapabilityMap:
     direction will do. S is the number of spheres with at least one valid point, N of points on each.
     """
 
-    threshold: float = 0.5  #: an interpolated answer at or above it counts as reachable
+    threshold: float = 0.4  #: an interpolated answer at or above it counts as reachable
 
     def __init__(self, data: store.MapData) -> None:
         self.data = data
         self.base_frame: str = data.base_frame
         self.tip_frame: str = data.tip_frame
         self.grid = SphereGrid(data.grid_origin_m, data.radius_m, data.grid_size)
-        self.view_directions: np.ndarray = -data.outward  #: (N, 3) z axes of the sphere points
         row_of_cell = np.full(self.grid.cell_count, -1, np.int32)
         row_of_cell[data.cells] = np.arange(len(data.cells), dtype=np.int32)
         self._row_of_cell = row_of_cell
         self._query = CapabilityQuery(
-            self.grid, self.view_directions, data.triangles, row_of_cell, data.bits.reshape(-1), data.pivot_m
+            self.grid, -data.outward, data.triangles, row_of_cell, data.bits.reshape(-1), data.pivot_m
         )
 
     @classmethod
@@ -74,11 +74,22 @@ class CapabilityMap:
         return self.query(positions, directions, interpolate) >= self.threshold
 
     @property
-    def centers(self) -> np.ndarray:
+    def radius(self) -> float:
+        """Radius of the spheres [m]."""
+        return self.data.radius_m
+
+    @property
+    def directions(self) -> np.ndarray:
+        """(N, 3) n-vectors (thesis 3.9), outward: sphere point k stands at centre + radius * directions[k] and looks
+        along -directions[k]."""
+        return self.data.outward
+
+    @functools.cached_property
+    def centres(self) -> np.ndarray:
         """(S, 3) sphere centers, base frame [m]."""
         return self.grid.centers(self.data.cells.tolist())
 
-    @property
+    @functools.cached_property
     def valid(self) -> np.ndarray:
         """(S, N) bool: which points of each sphere the arm can hold."""
         packed = self.data.bits.view(np.uint8)

@@ -59,11 +59,26 @@ def _build_arguments(arguments: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--workers", type=int, default=2, help="processes on this machine (default: 2)")
     parser.add_argument("--dask", metavar="tcp://HOST:PORT", help="compute on a Dask cluster instead")
+    parser.add_argument(
+        "--coarse",
+        action="store_true",
+        help="spheres of twice the radius, in seconds; a finer map will do as well",
+    )
     parser.add_argument("--force", action="store_true", help="build even when the map is up to date")
     options = parser.parse_args(arguments)
     if options.workers < 1:
         raise CapabilityMapError(f"--workers must be at least 1, not {options.workers}")
     return options
+
+
+def _parameters(options: argparse.Namespace, fine: bool = False) -> BuildParameters:
+    """Return the settings: defaults or the YAML file, then the arguments. `fine` ignores --coarse."""
+    base = BuildParameters.from_yaml(options.config) if options.config else BuildParameters()
+    names = ("radius_m", "points", "roll_step_deg", "self_collision")
+    given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+    if options.coarse and not fine:
+        given["radii_per_arm_length"] = 0.5 * base.radii_per_arm_length
+    return dataclasses.replace(base, **given)
 
 
 def build_command(arguments: list[str]) -> None:
@@ -73,19 +88,18 @@ def build_command(arguments: list[str]) -> None:
     from capability_map.robots import load_arm
 
     options = _build_arguments(arguments)
-    base = BuildParameters.from_yaml(options.config) if options.config else BuildParameters()
-    names = ("radius_m", "points", "roll_step_deg", "self_collision")
-    given = {name: getattr(options, name) for name in names if getattr(options, name) is not None}
     arm = load_arm(options.robot, options.group)
-    plan = plan_build(arm, dataclasses.replace(base, **given))
     out = options.out or default_map_path(arm.robot, arm.group)
-    if not options.force and is_up_to_date(out, plan.key):
+    plan = plan_build(arm, _parameters(options))
+    keys = {plan.key, plan_build(arm, _parameters(options, fine=True)).key}
+    if not options.force and is_up_to_date(out, keys):
         print(f"{out} is up to date (URDF {arm.urdf_sha256[:12]}, same settings); nothing to do")
         return
     print(
         f"{arm.robot}/{arm.group}: {plan.base_frame} -> {plan.tip_frame}, arm length {plan.arm_length_m:.3f} m, "
         f"radius {plan.radius_m * 1000:.1f} mm, {plan.parameters.points} points, "
-        f"{'x'.join(map(str, plan.size))} cells, {len(plan.cells)} within reach"
+        f"{'x'.join(map(str, plan.size))} cells, {len(plan.cells)} within reach",
+        flush=True,
     )
     executor = _dask(options.dask) if options.dask else local_executor(options.workers)
     bar = ProgressBar()
@@ -101,10 +115,10 @@ def _dask(address: str):
     return dask_executor(address)
 
 
-def is_up_to_date(path: Path, key: str) -> bool:
-    """Return whether the file is a sound map that was built for the same robot with the same settings."""
+def is_up_to_date(path: Path, keys: set[str]) -> bool:
+    """Return whether the file is a sound map whose BuildPlan.key is one of these."""
     try:
-        return store.load(path).parameters.get("key") == key
+        return store.load(path).parameters.get("key") in keys
     except CapabilityMapError:
         return False
 
