@@ -15,7 +15,7 @@ using Key = std::tuple<std::int64_t, std::int64_t, std::int64_t>;
 constexpr double kMostVoxels = 50e6;
 /// Projections back and forth between a voxel and a shape: many more than needed to tell all but a hair's
 /// touch.
-constexpr int kProjections = 30;
+constexpr int kProjections = 300;
 
 /// A shape grown by its padding, where it stands on the map.
 struct PlacedShape {

@@ -8,7 +8,7 @@ pytest.importorskip("pybullet")
 from bullet import BulletRobot
 
 CONFIGURATIONS_FK = 200
-CONFIGURATIONS_COLLISION = 1500
+CONFIGURATIONS_COLLISION = 3000
 TOUCHING_M = 2e-3  # two margins of 1 mm, which pybullet lays around hulls
 
 
