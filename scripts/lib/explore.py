@@ -109,7 +109,7 @@ def explore(arguments: argparse.Namespace, nodes: ExplorationNodes, folder: Path
         contacts = nodes.contacts()
         if not arguments.no_screenshots:
             progress.say("taking the last picture")
-            nodes.last_picture()
+            nodes.last_picture(result["views"], result["known_share"])
     record = {
         "world": arguments.world,
         "robot": arguments.robot,

@@ -127,11 +127,15 @@ class ExplorationNodes:
             "sim_s": round(rospy.get_time() - started_s, 2),
         }
 
-    def last_picture(self) -> None:
+    def last_picture(self, views: int, known_share: float) -> None:
         """The finished map; a picture that fails is said and does no harm."""
         with contextlib.suppress(rospy.ROSException, rospy.ServiceException):
             rospy.wait_for_service("/fv_viz/screenshot", timeout=PICTURE_TIMEOUT_S)
-            rospy.ServiceProxy("/fv_viz/screenshot", Screenshot)(path="finished.png")
+            rospy.ServiceProxy("/fv_viz/screenshot", Screenshot)(
+                path="finished.png",
+                title="Finished",
+                facts=[f"{views} views", f"known {100 * known_share:.1f} %"],
+            )
 
     def contacts(self) -> int:
         """Physics steps in which the robot touched anything."""

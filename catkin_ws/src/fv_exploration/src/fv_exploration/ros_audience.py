@@ -168,7 +168,15 @@ class RosAudience:
         start = time.perf_counter()
         try:
             rospy.wait_for_service(self._snapshot_service, timeout=SNAPSHOT_TIMEOUT_S)
-            answer = rospy.ServiceProxy(self._snapshot_service, Screenshot)(path=f"view_{step.view:03d}.png")
+            answer = rospy.ServiceProxy(self._snapshot_service, Screenshot)(
+                path=f"view_{step.view:03d}.png",
+                title=f"Choosing view {step.view}",
+                facts=[
+                    f"known {100 * self._known_share:.1f} %",
+                    f"best expected gain {self._best_gain:.3f} m³",
+                ],
+                map_sequence=self._last[0].sequence if self._last else 0,
+            )
             if not answer.success:
                 rospy.logwarn("no picture of view %d: %s", step.view, answer.message)
         except (rospy.ROSException, rospy.ServiceException) as error:
