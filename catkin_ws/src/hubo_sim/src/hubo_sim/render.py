@@ -14,6 +14,9 @@ from hubo_sim.transforms import inverse
 # An optical frame has x right, y down, z forward; OpenGL's camera has x right, y up, z backward.
 _OPTICAL_TO_GL = np.diag([1.0, -1.0, -1.0, 1.0])
 
+# TinyRenderer samples a pixel at its lower left corner instead of its centre (measured: test_render.py).
+_TINY_SHIFT_PX = (-0.5, 0.5)
+
 
 @dataclass(frozen=True)
 class Pinhole:
@@ -59,11 +62,15 @@ class Pinhole:
         out[..., 0], out[..., 1] = np.meshgrid(x, y)
         return out
 
-    def projection(self, near_m: float, far_m: float) -> list[float]:
-        """OpenGL projection matrix, column-major."""
+    def projection(
+        self, near_m: float, far_m: float, shift_px: tuple[float, float] = (0.0, 0.0)
+    ) -> list[float]:
+        """OpenGL projection matrix, column-major; shift_px moves the picture's content right and down [pixel]."""
         matrix = np.zeros((4, 4))
         matrix[0, 0] = 1.0 / np.tan(self.horizontal_fov_rad / 2.0)
         matrix[1, 1] = 1.0 / np.tan(self.vertical_fov_rad / 2.0)
+        matrix[0, 2] = -2.0 * shift_px[0] / self.width
+        matrix[1, 2] = 2.0 * shift_px[1] / self.height
         matrix[2, 2] = -(far_m + near_m) / (far_m - near_m)
         matrix[2, 3] = -2.0 * far_m * near_m / (far_m - near_m)
         matrix[3, 2] = -1.0
@@ -98,7 +105,7 @@ def take_picture(
         camera.width,
         camera.height,
         view_matrix(T_world_optical),
-        camera.projection(near_m, far_m),
+        camera.projection(near_m, far_m, (0.0, 0.0) if scene.uses_egl else _TINY_SHIFT_PX),
         shadow=int(shadows),
         lightDirection=[1.0, -1.5, 3.0],
         renderer=renderer,

@@ -1,0 +1,131 @@
+"""Depth against analytic truth, for every wrist roll and for both renderers."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hubo_sim.render import Pinhole, take_picture
+from hubo_sim.scene import Scene
+from hubo_sim.transforms import apply, inverse
+from hubo_sim.worlds import parse_object
+
+CAMERA = Pinhole(160, 120, np.radians(58.0), np.radians(45.0))
+NEAR_M, FAR_M = 0.1, 3.5
+BOX_SIZE = np.array([0.5, 0.4, 0.3])
+
+
+@pytest.fixture(params=["egl", "tiny"])
+def scene(request):
+    with Scene(egl=request.param == "egl") as made:
+        if request.param == "egl" and not made.uses_egl:
+            pytest.skip("the EGL renderer does not load here")
+        yield made
+
+
+def add(scene, **entry):
+    scene.add_object(parse_object(entry, "test"))
+
+
+def box_depth(camera, T_world_optical, T_world_box, size):
+    """Slab method: analytic depth (H, W) along the optical axis of a box, NaN where the ray misses."""
+    T = inverse(T_world_box) @ T_world_optical
+    rays = camera.rays().reshape(-1, 3)
+    origin, direction = T[:3, 3], rays @ T[:3, :3].T
+    with np.errstate(divide="ignore"):
+        a, b = (-size / 2 - origin) / direction, (size / 2 - origin) / direction
+    near, far = np.minimum(a, b).max(1), np.maximum(a, b).min(1)
+    return np.where((near <= far) & (near > 0), near, np.nan).reshape(camera.height, camera.width)
+
+
+def away_from_edges(depth, step=0.1):
+    """Pixels none of whose eight neighbours lies across a depth edge or misses."""
+    pad = np.pad(depth, 1, mode="edge")
+    h, w = depth.shape
+    neighbours = np.stack([pad[i : i + h, j : j + w] for i in range(3) for j in range(3)])
+    return np.isfinite(neighbours).all(0) & (
+        np.ptp(neighbours, axis=0) < step * np.nan_to_num(depth, nan=1.0)
+    )
+
+
+def camera_pose(roll_deg, distance_m, tilt_deg=0.0):
+    """T_world_optical of a camera looking along +x at the origin from a distance, rolled about its axis."""
+    T = np.eye(4)
+    forward = Rotation.from_matrix(np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]], float))
+    T[:3, :3] = (Rotation.from_euler("y", tilt_deg, degrees=True) * forward).as_matrix()
+    T[:3, :3] = T[:3, :3] @ Rotation.from_euler("z", roll_deg, degrees=True).as_matrix()
+    T[:3, 3] = -distance_m * T[:3, 2]
+    return T
+
+
+@pytest.mark.parametrize("distance_m", [0.35, 1.0, 2.0, 2.9])
+def test_depth_of_a_wall_is_its_distance(scene, distance_m):
+    add(scene, name="wall", box={"size_m": [0.1, 20.0, 20.0]}, position_m=[0.05, 0, 0])
+    for roll_deg in range(0, 360, 30):
+        depth = take_picture(scene, CAMERA, camera_pose(roll_deg, distance_m), NEAR_M, FAR_M).depth
+        error = np.abs(depth - distance_m)
+        assert np.median(error) < 1e-3
+        assert np.percentile(error, 99) < 5e-3
+
+
+@pytest.mark.parametrize("roll_deg", [0, 37, 90, 145, 180, 222, 270, 301])
+@pytest.mark.parametrize("tilt_deg", [-60, 0, 25, 90])
+def test_depth_of_a_turned_box_is_analytic(scene, roll_deg, tilt_deg):
+    add(scene, name="box", box={"size_m": BOX_SIZE.tolist()}, rpy_deg=[20, 35, 50])
+    T_box = np.eye(4)
+    T_box[:3, :3] = Rotation.from_euler("xyz", [20, 35, 50], degrees=True).as_matrix()
+    T_camera = camera_pose(roll_deg, 0.9, tilt_deg)
+    truth = box_depth(CAMERA, T_camera, T_box, BOX_SIZE)
+    depth = take_picture(scene, CAMERA, T_camera, NEAR_M, FAR_M).depth
+    inside = away_from_edges(truth)
+    assert inside.sum() > 200
+    error = np.abs(depth[inside] - truth[inside])
+    assert np.median(error) < 1e-3
+    assert np.percentile(error, 99) < 5e-3
+
+
+def test_silhouette_agrees_with_truth_to_a_pixel(scene):
+    add(scene, name="box", box={"size_m": BOX_SIZE.tolist()})
+    T_camera = camera_pose(15, 0.8)
+    truth = np.isfinite(box_depth(CAMERA, T_camera, np.eye(4), BOX_SIZE))
+    seen = np.isfinite(take_picture(scene, CAMERA, T_camera, NEAR_M, FAR_M).depth)
+    rim = 2.0 * (np.abs(np.diff(truth, axis=0)).sum() + np.abs(np.diff(truth, axis=1)).sum())
+    assert (truth != seen).sum() <= 0.25 * rim
+    rows, columns = np.nonzero(truth)
+    seen_rows, seen_columns = np.nonzero(seen)
+    assert abs(rows.mean() - seen_rows.mean()) < 0.15, "half-pixel shift in v"
+    assert abs(columns.mean() - seen_columns.mean()) < 0.15, "half-pixel shift in u"
+
+
+def test_points_land_on_the_surface_in_world_coordinates(scene):
+    add(scene, name="floor", box={"size_m": [20, 20, 0.1]}, position_m=[0, 0, -0.05])
+    T = camera_pose(33, 1.2, 50)
+    T[2, 3] += 0.5
+    depth = take_picture(scene, CAMERA, T, NEAR_M, FAR_M).depth
+    points = apply(T, CAMERA.rays() * depth[..., None])[np.isfinite(depth)]
+    assert len(points) > 1000
+    assert np.percentile(np.abs(points[:, 2]), 99) < 3e-3
+
+
+def test_nothing_seen_is_nan(scene):
+    add(scene, name="ball", sphere={"radius_m": 0.05}, position_m=[-5, 0, 0])
+    assert np.isnan(take_picture(scene, CAMERA, camera_pose(0, 1.0), NEAR_M, FAR_M).depth).all()
+
+
+def test_both_renderers_see_the_same_geometry():
+    pictures = []
+    for egl in (True, False):
+        with Scene(egl=egl) as scene:
+            if egl and not scene.uses_egl:
+                pytest.skip("the EGL renderer does not load here")
+            add(scene, name="floor", box={"size_m": [6, 6, 0.1]}, position_m=[0, 0, -0.4])
+            add(scene, name="box", box={"size_m": BOX_SIZE.tolist()}, rpy_deg=[20, 35, 50])
+            add(
+                scene,
+                name="duck",
+                mesh={"file": "pybullet_data:duck.obj", "scale": 0.2},
+                position_m=[0.2, 0.5, 0],
+            )
+            pictures.append(take_picture(scene, CAMERA, camera_pose(20, 1.2, 20), NEAR_M, FAR_M).depth)
+    both = away_from_edges(pictures[0]) & away_from_edges(pictures[1])
+    assert both.mean() > 0.3
+    assert np.percentile(np.abs(pictures[0] - pictures[1])[both], 99) < 3e-3
