@@ -1,0 +1,10 @@
+/// One function per concept; module.cpp calls them all.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+namespace ompl_planner {
+
+void bindScenes(pybind11::module_& m);
+
+}  // namespace ompl_planner

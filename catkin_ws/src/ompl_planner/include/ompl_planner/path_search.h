@@ -1,0 +1,35 @@
+/// OMPL behind two functions; the only place that includes it.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "ompl_planner/blended_path.h"
+
+namespace ompl_planner {
+
+/// What a search needs to know of the space.
+struct SearchProblem {
+  JointVector lower;  ///< [rad]
+  JointVector upper;  ///< [rad]
+  JointVector start;
+  JointPath goals;    ///< Aimed at in this order.
+  std::function<bool(const JointVector&)> valid;
+  std::function<bool(const JointVector&, const JointVector&)> edge_valid;
+  double range_rad{0.6};
+};
+
+/// Names that findPath accepts.
+const std::vector<std::string>& plannerNames();
+
+/// A collision-free polyline from the start to one of the goals; empty when `stop` fired first or there is none.
+///
+/// One fresh planner per call, in the caller's thread; equal problems and seeds give equal paths. OMPL draws the seeds
+/// of all its generators from one global sequence that this function restarts, so calls must not overlap.
+/// @throws std::invalid_argument for an unknown planner (lists the valid ones).
+std::optional<JointPath> findPath(const SearchProblem& problem, const std::string& planner, std::uint32_t seed,
+                                  const std::function<bool()>& stop);
+
+}  // namespace ompl_planner

@@ -1,0 +1,53 @@
+/// Is a joint state of the group allowed? World and robot together.
+#pragma once
+
+#include <fv_robot_model/robot_model.h>
+#include <fv_robot_model/self_collision.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "ompl_planner/time_parameterization.h"
+#include "ompl_planner/world_collision.h"
+
+namespace ompl_planner {
+
+/// Checks states, edges and trajectories of one group; the other joints stay where the start has them. Holds buffers:
+/// one object per thread.
+class StateChecker {
+ public:
+  /// @param q_all Values of all joints; those of the group are replaced by each checked state.
+  /// @param self  May be null: then the robot is not checked against itself.
+  StateChecker(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
+               const Eigen::VectorXd& q_all, std::shared_ptr<const WorldCollision> world,
+               std::shared_ptr<const fv_robot_model::SelfCollision> self, double joint_step_rad);
+
+  bool valid(const JointVector& q) const;
+  /// What is hit at q; empty when nothing is.
+  std::string whyInvalid(const JointVector& q) const;
+  /// Are all states of the straight line free, at steps of joint_step_rad or less? The ends are not asked.
+  bool edgeValid(const JointVector& from, const JointVector& to) const;
+
+  /// Number of states checked so far.
+  std::size_t checks() const { return checks_; }
+
+ private:
+  const fv_robot_model::LinkPoses& posesAt(const JointVector& q) const;
+
+  const fv_robot_model::RobotModel& model_;
+  const fv_robot_model::Group& group_;
+  std::shared_ptr<const WorldCollision> world_;
+  std::shared_ptr<const fv_robot_model::SelfCollision> self_;
+  double joint_step_;
+  mutable Eigen::VectorXd q_all_;
+  mutable fv_robot_model::LinkPoses poses_;
+  mutable std::size_t checks_{0};
+};
+
+/// The first forbidden state of a trajectory from from_s [s] on, at joint steps of step_rad or less, in the words of the
+/// checker; empty when all are free.
+std::string firstForbidden(const TimedTrajectory& trajectory, const StateChecker& checker, double step_rad,
+                           double from_s = 0.0);
+
+}  // namespace ompl_planner

@@ -1,0 +1,100 @@
+#include "ompl_planner/config.h"
+
+#include <cmath>
+#include <stdexcept>
+#include <utility>
+
+namespace ompl_planner {
+namespace {
+
+struct NumberField {
+  const char* name;
+  double PlannerConfig::*member;
+  double low;   // smallest valid value
+  double high;  // largest valid value
+};
+
+const std::vector<NumberField>& numberFields() {
+  using C = PlannerConfig;
+  static const std::vector<NumberField> fields{
+      {"time_budget_s", &C::time_budget_s, 1e-3, 3600.0},
+      {"padding_m", &C::padding_m, 0.0, 0.5},
+      {"search_margin_m", &C::search_margin_m, 0.0, 0.1},
+      {"self_padding_m", &C::self_padding_m, 0.0, 0.5},
+      {"start_tolerance_m", &C::start_tolerance_m, 0.0, 0.2},
+      {"joint_step_rad", &C::joint_step_rad, 1e-4, 0.2},
+      {"limit_tolerance_rad", &C::limit_tolerance_rad, 0.0, 0.2},
+      {"position_tolerance_m", &C::position_tolerance_m, 1e-6, 1.0},
+      {"angle_tolerance_rad", &C::angle_tolerance_rad, 1e-6, 3.15},
+      {"range_rad", &C::range_rad, 1e-2, 100.0},
+      {"ik_starts", &C::ik_starts, 1, 10000},
+      {"max_goal_states", &C::max_goal_states, 1, 100000},
+      {"shortcut_rounds", &C::shortcut_rounds, 0, 100000},
+      {"blend_radius_rad", &C::blend_radius_rad, 0.0, 10.0},
+      {"sample_period_s", &C::sample_period_s, 1e-3, 0.1},
+      {"smoothing_time_s", &C::smoothing_time_s, 0.0, 1.0},
+      {"limit_share", &C::limit_share, 0.01, 1.0},
+      {"default_max_velocity", &C::default_max_velocity, 1e-3, 100.0},
+      {"default_max_acceleration", &C::default_max_acceleration, 1e-3, 1000.0}};
+  return fields;
+}
+
+std::string validNames() {
+  std::string names = "planner";
+  for (const auto& field : numberFields()) names += std::string(", ") + field.name;
+  return names;
+}
+
+void setNumber(PlannerConfig& config, const std::string& name, const ConfigValue& value) {
+  for (const auto& field : numberFields()) {
+    if (name != field.name) continue;
+    const double* number = std::get_if<double>(&value);
+    if (number == nullptr) throw std::invalid_argument("parameter '" + name + "' must be a number");
+    config.*(field.member) = *number;
+    return;
+  }
+  throw std::invalid_argument("unknown parameter '" + name + "'; valid: " + validNames());
+}
+
+}  // namespace
+
+void PlannerConfig::set(const std::map<std::string, ConfigValue>& values) {
+  PlannerConfig changed = *this;
+  for (const auto& [name, value] : values) {
+    if (name != "planner") {
+      setNumber(changed, name, value);
+      continue;
+    }
+    const auto* text = std::get_if<std::string>(&value);
+    if (text == nullptr) throw std::invalid_argument("parameter 'planner' must be a string");
+    changed.planner = *text;
+  }
+  changed.validate();
+  *this = changed;
+}
+
+std::map<std::string, ConfigValue> PlannerConfig::values() const {
+  std::map<std::string, ConfigValue> out{{"planner", planner}};
+  for (const auto& field : numberFields()) out[field.name] = this->*(field.member);
+  return out;
+}
+
+void PlannerConfig::validate() const {
+  for (const auto& field : numberFields()) {
+    const double value = this->*(field.member);
+    if (!(value >= field.low && value <= field.high)) {
+      throw std::invalid_argument("parameter '" + std::string(field.name) + "' is " + std::to_string(value) +
+                                  ", valid: " + std::to_string(field.low) + " to " + std::to_string(field.high));
+    }
+  }
+}
+
+TimingOptions PlannerConfig::timing() const {
+  TimingOptions options;
+  options.sample_period_s = sample_period_s;
+  options.smoothing_time_s = smoothing_time_s;
+  options.limit_share = limit_share;
+  return options;
+}
+
+}  // namespace ompl_planner

@@ -1,0 +1,73 @@
+#include "ompl_planner/state_checker.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace ompl_planner {
+
+StateChecker::StateChecker(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
+                           const Eigen::VectorXd& q_all, std::shared_ptr<const WorldCollision> world,
+                           std::shared_ptr<const fv_robot_model::SelfCollision> self, double joint_step_rad)
+    : model_(model),
+      group_(group),
+      world_(std::move(world)),
+      self_(std::move(self)),
+      joint_step_(joint_step_rad),
+      q_all_(q_all),
+      poses_(model.forward(q_all)) {}
+
+const fv_robot_model::LinkPoses& StateChecker::posesAt(const JointVector& q) const {
+  model_.setGroup(group_, q, q_all_);
+  model_.forward(q_all_, group_, poses_);
+  return poses_;
+}
+
+bool StateChecker::valid(const JointVector& q) const {
+  ++checks_;
+  const auto& poses = posesAt(q);
+  return !(self_ && self_->inContact(poses)) && !world_->inContact(poses);
+}
+
+std::string StateChecker::whyInvalid(const JointVector& q) const {
+  const auto& poses = posesAt(q);
+  if (const auto contact = world_->firstContact(poses)) return describe(model_, *contact);
+  if (!self_) return {};
+  if (const auto pair = self_->firstContact(poses)) {
+    return "links '" + pair->first + "' and '" + pair->second + "' touch";
+  }
+  return {};
+}
+
+bool StateChecker::edgeValid(const JointVector& from, const JointVector& to) const {
+  const int steps = static_cast<int>(std::ceil(maxJointStep(from, to) / joint_step_));
+  // Coarse steps first: a blocked edge is mostly found in the middle.
+  for (int stride = 16; stride >= 1; stride /= 2) {
+    for (int i = stride; i < steps; i += stride) {
+      if (stride < 16 && i % (2 * stride) == 0) continue;  // done with the larger stride
+      if (!valid(from + (to - from) * (static_cast<double>(i) / steps))) return false;
+    }
+  }
+  return true;
+}
+
+std::string firstForbidden(const TimedTrajectory& trajectory, const StateChecker& checker, double step, double from_s) {
+  double time = std::max(from_s, 0.0);
+  JointVector last = interpolate(trajectory, time).q;
+  bool first = true;
+  while (first || time < trajectory.duration()) {
+    double delta = first ? 0.0 : 0.02;
+    JointVector q = interpolate(trajectory, std::min(time + delta, trajectory.duration())).q;
+    while (maxJointStep(last, q) > step && delta > 1e-6) {
+      delta *= 0.5;
+      q = interpolate(trajectory, std::min(time + delta, trajectory.duration())).q;
+    }
+    time = std::min(time + delta, trajectory.duration());
+    if (!checker.valid(q)) return checker.whyInvalid(q) + " after " + std::to_string(time) + " s";
+    last = q;
+    first = false;
+  }
+  return {};
+}
+
+}  // namespace ompl_planner

@@ -1,0 +1,83 @@
+#include "map_keeper.h"
+
+#include <chrono>
+#include <stdexcept>
+
+#include "conversions.h"
+
+namespace ompl_planner {
+namespace {
+
+constexpr std::size_t kKeptMaps = 12;  // a few MB each
+
+}  // namespace
+
+MapKeeper::MapKeeper(ros::NodeHandle& nh, const MotionPlanner& planner, const RobotState& state)
+    : planner_(planner), state_(state) {
+  subscriber_ = nh.subscribe("/fv_exploration/map", 2, &MapKeeper::onMap, this);
+}
+
+void MapKeeper::onMap(const fv_msgs::MapUpdateConstPtr& msg) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  pending_ = msg;
+  place(*msg);
+  arrived_.notify_all();
+}
+
+/// Call with the mutex held. Leaves the message pending when it cannot be placed, with the reason.
+void MapKeeper::place(const fv_msgs::MapUpdate& msg) {
+  try {
+    if (msg.sequence == 0) throw std::invalid_argument("the explorer has no map yet (sequence 0)");
+    PlacedMap placed;
+    placed.frame = msg.header.frame_id;
+    placed.T_map_root = state_.transform(placed.frame, planner_.model().rootLink());
+    const auto tree = octreeFromMsg(msg);
+    placed.map.sequence = msg.sequence;
+    placed.map.grid =
+        std::make_shared<VoxelGrid>(VoxelGrid::fromOctree(*tree, planner_.reach(placed.T_map_root)));
+    // An explorer that was restarted counts from 1 again: what came before belongs to another map.
+    if (!maps_.empty() && msg.sequence < maps_.back().map.sequence) maps_.clear();
+    if (!maps_.empty() && msg.sequence == maps_.back().map.sequence) maps_.pop_back();
+    maps_.push_back(placed);
+    if (maps_.size() > kKeptMaps) maps_.pop_front();
+    pending_.reset();
+    problem_.clear();
+  } catch (const std::exception& error) {
+    problem_ = error.what();
+    maps_.clear();  // an older map would be a lie
+    ROS_WARN_THROTTLE(5.0, "map not usable: %s", error.what());
+  }
+}
+
+std::optional<PlacedMap> MapKeeper::latest(std::string& why) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  if (pending_) {
+    const auto msg = pending_;
+    place(*msg);
+  }
+  why = problem_;
+  if (maps_.empty()) return std::nullopt;
+  return maps_.back();
+}
+
+std::optional<PlacedMap> MapKeeper::atLeast(std::uint64_t sequence, double wait_s, const std::function<bool()>& stop,
+                                            std::string& why) {
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(wait_s);
+  while (true) {
+    auto map = latest(why);
+    const bool good = map && map->map.sequence >= sequence;
+    if (good || sequence == 0 || stop() || std::chrono::steady_clock::now() >= deadline) return map;
+    std::unique_lock<std::mutex> lock(mutex_);
+    arrived_.wait_for(lock, std::chrono::milliseconds(20));
+  }
+}
+
+std::optional<PlacedMap> MapKeeper::kept(std::uint64_t sequence) const {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  for (const PlacedMap& map : maps_) {
+    if (map.map.sequence == sequence) return map;
+  }
+  return std::nullopt;
+}
+
+}  // namespace ompl_planner

@@ -1,0 +1,55 @@
+/// The latest map, as the planner needs it.
+#pragma once
+
+#include <fv_msgs/MapUpdate.h>
+#include <ros/ros.h>
+
+#include <condition_variable>
+#include <deque>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "ompl_planner/motion_planner.h"
+#include "ompl_planner/plan_types.h"
+#include "robot_state.h"
+
+namespace ompl_planner {
+
+/// A snapshot and where it stands.
+struct PlacedMap {
+  MapSnapshot map;
+  std::string frame;
+  Eigen::Isometry3d T_map_root{Eigen::Isometry3d::Identity()};
+};
+
+/// Turns each map message into a dense snapshot; keeps the last few, to tell what changed since a plan. Thread-safe;
+/// snapshots are immutable, so planning reads one while the next map comes in.
+class MapKeeper {
+ public:
+  MapKeeper(ros::NodeHandle& nh, const MotionPlanner& planner, const RobotState& state);
+
+  /// The latest map; empty, with the reason in `why`, when there is none.
+  std::optional<PlacedMap> latest(std::string& why);
+  /// As latest, after waiting up to wait_s for a map of at least this sequence number; may return an older one.
+  std::optional<PlacedMap> atLeast(std::uint64_t sequence, double wait_s, const std::function<bool()>& stop,
+                                   std::string& why);
+  /// A map that was received before; empty when it is no longer kept.
+  std::optional<PlacedMap> kept(std::uint64_t sequence) const;
+
+ private:
+  void onMap(const fv_msgs::MapUpdateConstPtr& msg);
+  void place(const fv_msgs::MapUpdate& msg);
+
+  const MotionPlanner& planner_;
+  const RobotState& state_;
+  mutable std::mutex mutex_;
+  std::condition_variable arrived_;
+  std::deque<PlacedMap> maps_;            ///< Oldest first.
+  fv_msgs::MapUpdateConstPtr pending_;    ///< Came before the robot's place was known.
+  std::string problem_{"no map has been received yet"};
+  ros::Subscriber subscriber_;
+};
+
+}  // namespace ompl_planner

@@ -1,0 +1,287 @@
+#!/usr/bin/env python3
+"""Behaviours of the planner node, without a simulator: tests named after what a user sees."""
+
+import math
+import os
+import subprocess
+import sys
+import time
+import unittest
+from pathlib import Path
+
+import actionlib
+import rospy
+import rostest
+from fv_msgs.msg import (
+    ExecuteMotionAction,
+    ExecuteMotionGoal,
+    ExecuteMotionResult,
+    MapUpdate,
+    PlanMotionAction,
+    PlanMotionGoal,
+    PlanMotionResult,
+    PlannedPath,
+)
+from geometry_msgs.msg import Pose
+from hubo_description import load_robot
+from sensor_msgs.msg import JointState
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from fakes import EVERYWHERE, FakeMap, FakeRobot
+
+GROUP = "torso_right_arm"
+Plan = PlanMotionGoal
+Status = PlanMotionResult
+
+
+def pose(x: float, y: float, z: float, q=(0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))) -> Pose:
+    """Pose whose z axis looks along world x unless told otherwise; q is x, y, z, w."""
+    msg = Pose()
+    msg.position.x, msg.position.y, msg.position.z = x, y, z
+    msg.orientation.x, msg.orientation.y, msg.orientation.z, msg.orientation.w = q
+    return msg
+
+
+class PlannerTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls) -> None:
+        robot = load_robot("hubo")
+        while not rospy.has_param("/controller_list"):
+            time.sleep(0.05)
+        cls.ready = robot.group_states[GROUP]["ready"]
+        cls.home = robot.group_states[GROUP]["home"]
+        start = {joint: 0.0 for joint in robot.model.moving_joints} | {"RSR": -0.15, "LSR": 0.15} | cls.ready
+        controllers = {c["name"]: c["joints"] for c in rospy.get_param("/controller_list")}
+        cls.robot = FakeRobot(controllers, start)
+        cls.map = FakeMap()
+        cls.node = subprocess.Popen(["rosrun", "ompl_planner", "planner_node"])
+        cls.plan_client = actionlib.SimpleActionClient("/ompl_planner/plan", PlanMotionAction)
+        cls.execute_client = actionlib.SimpleActionClient("/ompl_planner/execute", ExecuteMotionAction)
+        assert cls.plan_client.wait_for_server(rospy.Duration(20.0))
+        assert cls.execute_client.wait_for_server(rospy.Duration(20.0))
+
+    @classmethod
+    def tearDownClass(cls) -> None:
+        cls.node.terminate()
+        cls.node.wait(10)
+
+    def setUp(self) -> None:
+        self.robot.slowdown = 1.0
+        self.robot.refuse = ""
+        self.robot.place(self.ready)
+        self.map.publish()
+
+    def plan(self, **fields) -> PlanMotionResult:
+        goal = Plan(group=GROUP, goal_type=Plan.GOAL_NAMED, seed=1, min_map_sequence=self.map.sequence)
+        for name, value in fields.items():
+            setattr(goal, name, value)
+        self.plan_client.send_goal(goal)
+        self.assertTrue(self.plan_client.wait_for_result(rospy.Duration(30.0)), "no answer")
+        return self.plan_client.get_result()
+
+    def plan_poses(self, poses, **fields) -> PlanMotionResult:
+        goal = Plan()
+        goal.goal_poses.header.frame_id = "world"
+        goal.goal_poses.poses = poses
+        return self.plan(goal_type=Plan.GOAL_POSES, goal_poses=goal.goal_poses, free_roll=True, **fields)
+
+    def assert_status(self, result: PlanMotionResult, status: int, *words: str) -> None:
+        self.assertEqual(result.status, status, result.message)
+        for word in words:
+            self.assertIn(word, result.message)
+
+    # --- planning ---
+
+    def test_named_pose_is_planned_and_ends_there(self) -> None:
+        result = self.plan(goal_name="home")
+        self.assert_status(result, Status.SUCCESS)
+        end = dict(zip(result.trajectory.joint_names, result.trajectory.points[-1].positions, strict=True))
+        for joint, value in self.home.items():
+            self.assertAlmostEqual(end[joint], value, places=6)
+        self.assertEqual(result.map_sequence, self.map.sequence)
+        self.assertGreater(result.duration, 0.5)
+
+    def test_joint_goal_moves_only_the_named_joint(self) -> None:
+        result = self.plan(goal_type=Plan.GOAL_JOINTS, goal_joints=JointState(name=["RWP"], position=[0.2]))
+        self.assert_status(result, Status.SUCCESS)
+        end = dict(zip(result.trajectory.joint_names, result.trajectory.points[-1].positions, strict=True))
+        self.assertAlmostEqual(end["RWP"], 0.2, places=6)
+        self.assertAlmostEqual(end["REP"], self.ready["REP"], places=6)
+
+    def test_one_of_many_poses_is_reached(self) -> None:
+        far = pose(5.0, 0.0, 1.0)
+        near = pose(0.40, -0.25, 1.10)
+        result = self.plan_poses([far, near])
+        self.assert_status(result, Status.SUCCESS)
+        self.assertEqual(result.goal_index, 1)
+        self.assertEqual((result.poses_tried, result.poses_reachable), (2, 1))
+
+    def test_equal_requests_give_equal_plans(self) -> None:
+        wall = [0.36, -0.6, 0.9, 0.40, -0.1, 1.1]
+        self.map.publish(occupied=[wall])
+        plans = [self.plan_poses([pose(0.35, -0.3, 1.25), pose(0.2, -0.5, 1.2)], seed=7) for _ in range(2)]
+        self.assert_status(plans[0], Status.SUCCESS)
+        self.assertEqual(plans[0].trajectory.points, plans[1].trajectory.points)
+
+    def test_an_unreachable_pose_has_no_ik_solution(self) -> None:
+        self.assert_status(self.plan_poses([pose(3.0, 0.0, 1.0)]), Status.NO_IK_SOLUTION, "1 poses")
+
+    def test_a_goal_inside_a_box_is_in_collision(self) -> None:
+        box = [0.3, -0.45, 0.9, 0.6, -0.1, 1.2]
+        result = self.plan(goal_name="home")  # without the box
+        self.map.publish(occupied=[[-0.2, -0.5, 0.55, 0.15, -0.2, 0.7]])
+        blocked = self.plan(goal_name="home")
+        self.assert_status(result, Status.SUCCESS)
+        self.assert_status(blocked, Status.GOALS_IN_COLLISION, "occupied voxel", "link")
+        self.assertTrue(box)
+
+    def test_unknown_space_is_an_obstacle_unless_told_otherwise(self) -> None:
+        self.map.publish(unknown=[[-0.2, -0.5, 0.5, 0.2, -0.2, 0.75]])
+        self.assert_status(self.plan(goal_name="home"), Status.GOALS_IN_COLLISION, "unknown voxel")
+        self.assert_status(self.plan(goal_name="home", unknown_space=Plan.UNKNOWN_IS_FREE), Status.SUCCESS)
+
+    def test_a_start_in_a_box_names_link_and_voxel(self) -> None:
+        self.map.publish(occupied=[[0.1, -0.4, 0.9, 0.4, -0.1, 1.3]])
+        self.assert_status(self.plan(goal_name="home"), Status.START_IN_COLLISION, "link", "occupied voxel")
+
+    def test_a_start_in_unknown_space_says_so(self) -> None:
+        self.map.publish(unknown=[[0.1, -0.4, 0.9, 0.4, -0.1, 1.3]])
+        self.assert_status(self.plan(goal_name="home"), Status.START_IN_UNKNOWN, "unknown voxel")
+
+    # --- bad input ---
+
+    def test_unknown_names_are_refused_with_the_valid_ones(self) -> None:
+        self.assert_status(self.plan(group="third_arm", goal_name="home"), Status.INVALID_REQUEST, GROUP)
+        self.assert_status(self.plan(goal_name="dance"), Status.INVALID_REQUEST, "home", "ready")
+        self.assert_status(self.plan(goal_name="home", planner="Magic"), Status.INVALID_REQUEST, "RRTConnect")
+        goal = Plan()
+        goal.goal_poses.header.frame_id = "mars"
+        goal.goal_poses.poses = [pose(0.4, -0.2, 1.0)]
+        result = self.plan(goal_type=Plan.GOAL_POSES, goal_poses=goal.goal_poses)
+        self.assert_status(result, Status.INVALID_REQUEST, "mars", "base_link")
+
+    def test_values_that_are_none_are_refused(self) -> None:
+        self.assert_status(self.plan_poses([pose(math.nan, 0.0, 1.0)]), Status.INVALID_REQUEST, "not finite")
+        skewed = pose(0.4, -0.2, 1.0, q=(0.0, 0.0, 0.0, 0.5))
+        self.assert_status(self.plan_poses([skewed]), Status.INVALID_REQUEST, "norm")
+        self.assert_status(self.plan_poses([]), Status.INVALID_REQUEST, "empty")
+        self.assert_status(self.plan(goal_name="home", time_budget=-1.0), Status.INVALID_REQUEST, "time_budget")
+        joints = JointState(name=["RWP"], position=[9.0])
+        result = self.plan(goal_type=Plan.GOAL_JOINTS, goal_joints=joints)
+        self.assert_status(result, Status.INVALID_REQUEST, "RWP", "limits")
+
+    def test_goals_of_two_kinds_are_refused(self) -> None:
+        joints = JointState(name=["RWP"], position=[0.0])
+        self.assert_status(self.plan(goal_name="home", goal_joints=joints), Status.INVALID_REQUEST, "contradictory")
+
+    def test_a_map_that_is_too_old_is_refused(self) -> None:
+        result = self.plan(goal_name="home", min_map_sequence=self.map.sequence + 5)
+        self.assert_status(result, Status.MAP_TOO_OLD, str(self.map.sequence))
+
+    def test_a_broken_map_is_no_map(self) -> None:
+        for change in ({"frame_id": "mars"}, {"id": "ColorOcTree"}, {"resolution": -1.0}, {"data": []}):
+            msg = MapUpdate(sequence=self.map.sequence + 1)
+            msg.header.frame_id = msg.octomap.header.frame_id = change.pop("frame_id", "world")
+            msg.octomap.id = "OcTree"
+            msg.octomap.binary = True
+            msg.octomap.resolution = 0.02
+            msg.octomap.data = [0, 0]
+            for name, value in change.items():
+                setattr(msg.octomap, name, value)
+            self.map.publish_raw(msg)
+            time.sleep(0.1)
+            self.assert_status(self.plan(goal_name="home", min_map_sequence=0), Status.NO_MAP)
+
+    def test_joint_states_that_stop_are_noticed(self) -> None:
+        self.robot.publishing = False
+        try:
+            time.sleep(1.5)
+            self.assert_status(self.plan(goal_name="home"), Status.NO_JOINT_STATES, "old")
+        finally:
+            self.robot.publishing = True
+            time.sleep(0.1)
+
+    # --- execution ---
+
+    def execute(self, plan: PlanMotionResult, sequence: int | None = None, wait: bool = True):
+        goal = ExecuteMotionGoal(trajectory=plan.trajectory)
+        goal.map_sequence = plan.map_sequence if sequence is None else sequence
+        self.execute_client.send_goal(goal)
+        if not wait:
+            return None
+        self.assertTrue(self.execute_client.wait_for_result(rospy.Duration(30.0)))
+        return self.execute_client.get_result()
+
+    def test_a_plan_is_executed_by_both_controllers_at_once(self) -> None:
+        paths = []
+        subscriber = rospy.Subscriber("/ompl_planner/path", PlannedPath, paths.append)
+        goal = JointState(name=["WST", "RWP"], position=[0.3, 0.2])
+        plan = self.plan(goal_type=Plan.GOAL_JOINTS, goal_joints=goal)
+        result = self.execute(plan)
+        self.assertEqual(result.status, ExecuteMotionResult.SUCCESS, result.message)
+        self.assertAlmostEqual(self.robot.positions()["WST"], 0.3, places=4)
+        self.assertAlmostEqual(self.robot.positions()["RWP"], 0.2, places=4)
+        starts = self.robot.starts
+        arm, waist = starts["huboplus/right_hand_controller"], starts["huboplus/torso_controller"]
+        self.assertLess(abs(arm - waist), 0.05)
+        self.assertEqual(len(paths[-1].tip_poses), len(plan.trajectory.points))
+        subscriber.unregister()
+
+    def test_a_plan_that_the_new_map_blocks_is_not_executed(self) -> None:
+        plan = self.plan(goal_name="home")
+        self.assert_status(plan, Status.SUCCESS)
+        self.map.publish(occupied=[[-0.2, -0.5, 0.55, 0.15, -0.2, 0.7]])
+        time.sleep(0.3)
+        result = self.execute(plan)
+        self.assertEqual(result.status, ExecuteMotionResult.MAP_CHANGED, result.message)
+        self.assertIn("occupied", result.message)
+
+    def test_a_new_map_that_leaves_the_path_free_does_not_stop_it(self) -> None:
+        plan = self.plan(goal_name="home")
+        self.map.publish(occupied=[[0.9, 0.9, 0.9, 1.0, 1.0, 1.0]])
+        time.sleep(0.3)
+        self.assertEqual(self.execute(plan).status, ExecuteMotionResult.SUCCESS)
+
+    def test_an_obstacle_seen_while_moving_stops_the_arm(self) -> None:
+        plan = self.plan(goal_name="home")
+        self.robot.slowdown = 2.0
+        self.execute(plan, wait=False)
+        time.sleep(0.3)
+        self.map.publish(occupied=[[-0.2, -0.5, 0.55, 0.15, -0.2, 0.7]])
+        self.assertTrue(self.execute_client.wait_for_result(rospy.Duration(10.0)))
+        result = self.execute_client.get_result()
+        self.assertEqual(result.status, ExecuteMotionResult.STOPPED_FOR_OBSTACLE, result.message)
+        self.assertGreater(abs(self.robot.positions()["REP"] - self.home["REP"]), 0.1)
+
+    def test_cancel_stops_the_arm(self) -> None:
+        plan = self.plan(goal_name="home")
+        self.execute(plan, wait=False)
+        time.sleep(0.4)
+        self.execute_client.cancel_goal()
+        self.assertTrue(self.execute_client.wait_for_result(rospy.Duration(5.0)))
+        self.assertEqual(self.execute_client.get_result().status, ExecuteMotionResult.CANCELLED)
+        stopped = self.robot.positions()
+        time.sleep(0.2)
+        self.assertEqual(stopped, self.robot.positions())
+
+    def test_one_failing_controller_stops_the_other(self) -> None:
+        self.robot.refuse = "huboplus/torso_controller"
+        plan = self.plan(goal_name="home")
+        result = self.execute(plan)
+        self.assertEqual(result.status, ExecuteMotionResult.CONTROLLER_FAILED)
+        self.assertIn("torso_controller", result.message)
+        self.assertGreater(abs(self.robot.positions()["REP"] - self.home["REP"]), 0.1)
+
+    def test_a_trajectory_that_begins_elsewhere_is_refused(self) -> None:
+        plan = self.plan(goal_name="home")
+        self.robot.place({"REP": self.ready["REP"] + 0.4})
+        result = self.execute(plan)
+        self.assertEqual(result.status, ExecuteMotionResult.INVALID_REQUEST)
+        self.assertIn("REP", result.message)
+
+
+if __name__ == "__main__":
+    rospy.init_node("planner_rostest")
+    os.environ.setdefault("PYTHONUNBUFFERED", "1")
+    assert EVERYWHERE
+    rostest.rosrun("ompl_planner", "planner", PlannerTest)
