@@ -20,7 +20,9 @@ class BulletRobot:
     def __init__(self, urdf_file: Path) -> None:
         self._client = BulletClient(pybullet.DIRECT)
         self._body = self._client.loadURDF(str(urdf_file), useFixedBase=True)
-        infos = [self._client.getJointInfo(self._body, i) for i in range(self._client.getNumJoints(self._body))]
+        infos = [
+            self._client.getJointInfo(self._body, i) for i in range(self._client.getNumJoints(self._body))
+        ]
         self._joints = {info[1].decode(): info[0] for info in infos}
         self._links = {info[12].decode(): info[0] for info in infos}
         self._links[self._client.getBodyInfo(self._body)[0].decode()] = -1

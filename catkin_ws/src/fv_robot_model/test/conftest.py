@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from fv_robot_model import RobotModel
 
 EXAMPLE_URDF = """<robot name="example">

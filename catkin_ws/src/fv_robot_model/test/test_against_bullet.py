@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from fv_robot_model import SelfCollision
 
 pytest.importorskip("pybullet")
