@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fv_viz.voxels import DIRECTIONS, VoxelBlocks
+from fv_viz.voxels import DIRECTIONS, HIDDEN, VoxelBlocks
 
 RESOLUTION = 0.05
 
@@ -111,6 +111,15 @@ def test_nan_rows_are_left_out_and_empty_is_empty():
     )
     assert sum(len(q) for q in all_quads(blocks)) == 6
     assert blocks.update(np.empty((0, 3))) == [(0, 0, 0)]
+    assert blocks.blocks() == []
+
+
+def test_hidden_voxels_cover_faces_and_are_not_drawn():
+    cells = np.argwhere(np.ones((3, 1, 1)))
+    blocks = VoxelBlocks(RESOLUTION)
+    blocks.update(centers_of(cells), np.array([1, HIDDEN, HIDDEN], np.uint8))
+    assert len(unit_faces(blocks)) == 5
+    blocks.update(centers_of(cells), np.full(3, HIDDEN, np.uint8))
     assert blocks.blocks() == []
 
 

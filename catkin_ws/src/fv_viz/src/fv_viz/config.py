@@ -24,6 +24,7 @@ class VizConfig:
     unknown_alpha: float = 0.3
     void_alpha: float = 0.35
     ellipsoid_alpha: float = 0.35
+    max_dots: int = 50_000
     max_view_scores: int = 10
     view_size_m: float = 0.12
     ghosts: int = 5
@@ -41,6 +42,7 @@ class VizConfig:
             1 <= self.utility_levels <= 250, "utility_levels", self.utility_levels, "an integer in 1..250"
         )
         _require(self.max_view_scores >= 0, "max_view_scores", self.max_view_scores, "0 or more")
+        _require(self.max_dots >= 0, "max_dots", self.max_dots, "0 or more")
         _require(self.view_size_m > 0.0, "view_size_m", self.view_size_m, "a positive length [m]")
         _require(self.ghosts >= 0, "ghosts", self.ghosts, "0 or more")
 

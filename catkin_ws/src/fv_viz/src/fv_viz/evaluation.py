@@ -7,6 +7,7 @@ from std_msgs.msg import Header
 
 from fv_viz import colors, layers, packing, shapes
 from fv_viz.config import VizConfig
+from fv_viz.voxels import HIDDEN
 
 GREY = np.array([0.55, 0.55, 0.55], dtype=np.float32)
 
@@ -66,8 +67,10 @@ class EvaluationDrawing:
         return self._unknown.update(header, msg.resolution, centers, full=full)
 
     def frontier(self, header: Header, msg, full: bool) -> list[bytes]:
-        """Frontier voxels in one colour."""
-        return self._frontier.update(header, msg.resolution, triples(msg.frontier), full=full)
+        """Frontier voxels in one colour; their faces towards free space are left out, half of all."""
+        free, frontier = triples(msg.free), triples(msg.frontier)
+        values = np.concatenate([np.full(len(free), HIDDEN, np.uint8), np.ones(len(frontier), np.uint8)])
+        return self._frontier.update(header, msg.resolution, np.concatenate([free, frontier]), values, full)
 
     def frontier_clusters(self, header: Header, msg, full: bool) -> list[bytes]:
         """Frontier voxels, each cluster in its own colour."""
@@ -75,8 +78,11 @@ class EvaluationDrawing:
         return self._clusters.update(header, msg.resolution, triples(msg.frontier), values, full=full)
 
     def void(self, header: Header, msg, full: bool):
-        """Centres of void voxels as a cloud of dots."""
-        return packing.cloud(header, triples(msg.void), colors.rgb("void"))
+        """Centres of void voxels as a cloud of dots; of very many only the outer ones, which hide the others."""
+        centers = triples(msg.void)
+        if len(centers) > self._config.max_dots:
+            centers = layers.skin(centers, msg.resolution)
+        return packing.cloud(header, centers, colors.rgb("void"))
 
     def initial_ellipsoids(self, header: Header, msg, full: bool) -> list[bytes]:
         """Void ellipsoids before merging."""

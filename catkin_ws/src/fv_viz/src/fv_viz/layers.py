@@ -105,6 +105,22 @@ def utility_paint(scale: str, levels: int) -> Paint:
     return lambda quads: table[quads.values - 1]
 
 
+def skin(centers: np.ndarray, resolution: float) -> np.ndarray:
+    """Those of the voxel centres (N, 3) [m] that have a face which no other of them covers; finite rows only."""
+    centers = centers[np.isfinite(centers).all(axis=1)]
+    if not len(centers):
+        return centers
+    index = np.rint(centers / np.float32(resolution) - np.float32(0.5)).astype(np.int64)
+    index -= index.min(axis=0) - 1
+    grid = np.zeros(index.max(axis=0) + 2, dtype=bool)
+    grid[tuple(index.T)] = True
+    inner = grid[1:-1, 1:-1, 1:-1].copy()
+    inner &= grid[2:, 1:-1, 1:-1] & grid[:-2, 1:-1, 1:-1]
+    inner &= grid[1:-1, 2:, 1:-1] & grid[1:-1, :-2, 1:-1]
+    inner &= grid[1:-1, 1:-1, 2:] & grid[1:-1, 1:-1, :-2]
+    return centers[~inner[tuple((index - 1).T)]]
+
+
 def unknown_centers(low, high, resolution: float, known: np.ndarray) -> np.ndarray:
     """Centres (N, 3) [m] of the voxels inside the box low..high (3,) that are not in known (K, 3)."""
     first = np.rint(np.asarray(low) / resolution).astype(np.int64)

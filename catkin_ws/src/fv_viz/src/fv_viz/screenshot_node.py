@@ -11,6 +11,7 @@ from pathlib import Path
 
 import rospkg
 import rospy
+from fv_msgs.msg import Views
 from fv_msgs.srv import Screenshot, ScreenshotRequest, ScreenshotResponse
 from PIL import Image as Picture
 from std_msgs.msg import UInt64
@@ -35,7 +36,11 @@ class ScreenshotNode:
         self._camera = Camera(config)
         self._lock = threading.Lock()
         self._drawn = 0
-        self._subscriber = rospy.Subscriber("/fv_viz/drawn", UInt64, self._on_drawn, queue_size=1)
+        self._views: Views | None = None
+        self._subscribers = [
+            rospy.Subscriber("/fv_viz/drawn", UInt64, self._on_drawn, queue_size=1),
+            rospy.Subscriber("/fv_exploration/views", Views, self._on_views, queue_size=1),
+        ]
         self._start()
         self._service = rospy.Service("/fv_viz/screenshot", Screenshot, self._serve)
 
@@ -52,6 +57,19 @@ class ScreenshotNode:
 
     def _on_drawn(self, msg: UInt64) -> None:
         self._drawn = msg.data
+
+    def _on_views(self, msg: Views) -> None:
+        self._views = msg
+
+    def _heading(self, request: ScreenshotRequest) -> tuple[str, list[str]]:
+        """Title and facts of the request; without any, what the newest decision says."""
+        if request.title or request.facts or self._views is None:
+            return request.title, list(request.facts)
+        views = self._views
+        facts = [f"{len(views.views)} candidates"]
+        if 0 <= views.chosen < len(views.views):
+            facts.append(f"the chosen one expects {views.views[views.chosen].void_gain:.3f} m³ of void")
+        return f"View {views.view_number}", facts
 
     def _serve(self, request: ScreenshotRequest) -> ScreenshotResponse:
         with self._lock:
@@ -74,8 +92,8 @@ class ScreenshotNode:
             reply = self._camera.take({**order, "show": list(request.show), "hide": list(request.hide)})
             layers = [] if request.no_legend else [t.rsplit("/", 1)[-1] for t in reply["topics"]]
             lines = [line for name, group in self._entries.items() if name in layers for line in group]
-            picture = legend.framed(Picture.open(raw).convert("RGB"), request.title, request.facts, lines)
-        picture.save(path, "PNG", optimize=True)
+            picture = legend.framed(Picture.open(raw).convert("RGB"), *self._heading(request), lines)
+        picture.save(path, "PNG")
         return reply, str(path)
 
     def _wait_for_map(self, sequence: int) -> None:

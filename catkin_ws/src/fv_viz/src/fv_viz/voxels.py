@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+HIDDEN = 255  # value of voxels that are not drawn but cover the faces of their neighbours
 MAX_CELLS = 200_000_000  # of the dense grid, one byte each; wider data are drawn coarser
 
 # Faces: (axis of the normal, sign, axis along which neighbouring faces are joined, brightness). Axes in z y x order;
@@ -40,7 +41,7 @@ class Quads:
 
 
 class VoxelBlocks:
-    """The voxels of one layer, values 1..255, in a dense grid of blocks.
+    """The voxels of one layer, values 1..254 and HIDDEN, in a dense grid of blocks.
 
     Args:
         resolution: edge of a voxel [m]; the lattice has voxel centres at (k + 0.5) * resolution.
@@ -59,7 +60,8 @@ class VoxelBlocks:
     def update(self, centers: np.ndarray, values: np.ndarray | int = 1) -> list[tuple[int, int, int]]:
         """Replace the layer's voxels; returns the blocks (z, y, x) whose faces may have changed.
 
-        centers (N, 3) [m], rows with NaN are left out; values (N,) uint8 or one for all.
+        centers (N, 3) [m], rows with NaN are left out; values (N,) uint8 or one for all. Of voxels given twice the
+        last counts.
         """
         index, values = self._lattice(centers, values)
         self._grow(index)
@@ -73,7 +75,7 @@ class VoxelBlocks:
 
     def blocks(self) -> list[tuple[int, int, int]]:
         """All blocks with at least one voxel."""
-        core = self._grid[1:-1, 1:-1, 1:-1] != 0
+        core = (self._grid[1:-1, 1:-1, 1:-1] - 1) < HIDDEN - 1  # 0 wraps to 255
         return self._names(self._any_per_block(core)) if core.size else []
 
     def faces(self, name: tuple[int, int, int]) -> Quads:
@@ -147,6 +149,7 @@ class VoxelBlocks:
         window[axis] = slice(2, None) if sign > 0 else slice(0, -2)
         neighbour = part[tuple(window)]
         hidden = neighbour >= core if self.nested else neighbour != 0
+        hidden |= core == HIDDEN
         shown = np.ascontiguousarray(np.moveaxis(np.where(hidden, 0, core), along, -1)).astype(np.uint8)
         first, last = shown != 0, shown != 0
         first[..., 1:] &= shown[..., 1:] != shown[..., :-1]

@@ -41,6 +41,7 @@ class Renderer:
         self._frame.show()
         self._manager = self._frame.getManager()
         self._root = self._manager.getRootDisplayGroup()
+        self._root.subProp("Global Options").subProp("Frame Rate").setValue(30)  # it rests between orders
         self._shown = {display.getName(): display.isEnabled() for display in self._displays()}
         self._running = True
         self.work(1.0)
@@ -124,7 +125,7 @@ class Renderer:
         deadline, before = time.monotonic() + limit_s, None
         self._frames(3, limit_s)
         while time.monotonic() < deadline:
-            self.work(0.25)
+            self.work(0.15)
             self._frames(2, limit_s)
             now = self._pixels()
             if before is not None and before.shape == now.shape and np.mean(before != now) < 1e-4:
