@@ -2,7 +2,6 @@
 """Behaviours of the planner node, without a simulator: tests named after what a user sees."""
 
 import math
-import os
 import subprocess
 import sys
 import time
@@ -27,7 +26,7 @@ from hubo_description import load_robot
 from sensor_msgs.msg import JointState
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from fakes import EVERYWHERE, FakeMap, FakeRobot
+from fakes import FakeMap, FakeRobot
 
 GROUP = "torso_right_arm"
 Plan = PlanMotionGoal
@@ -117,7 +116,7 @@ class PlannerTest(unittest.TestCase):
         self.assertEqual((result.poses_tried, result.poses_reachable), (2, 1))
 
     def test_equal_requests_give_equal_plans(self) -> None:
-        wall = [0.36, -0.6, 0.9, 0.40, -0.1, 1.1]
+        wall = [0.46, -0.6, 0.8, 0.50, -0.1, 1.2]
         self.map.publish(occupied=[wall])
         plans = [self.plan_poses([pose(0.35, -0.3, 1.25), pose(0.2, -0.5, 1.2)], seed=7) for _ in range(2)]
         self.assert_status(plans[0], Status.SUCCESS)
@@ -127,13 +126,11 @@ class PlannerTest(unittest.TestCase):
         self.assert_status(self.plan_poses([pose(3.0, 0.0, 1.0)]), Status.NO_IK_SOLUTION, "1 poses")
 
     def test_a_goal_inside_a_box_is_in_collision(self) -> None:
-        box = [0.3, -0.45, 0.9, 0.6, -0.1, 1.2]
         result = self.plan(goal_name="home")  # without the box
         self.map.publish(occupied=[[-0.2, -0.5, 0.55, 0.15, -0.2, 0.7]])
         blocked = self.plan(goal_name="home")
         self.assert_status(result, Status.SUCCESS)
         self.assert_status(blocked, Status.GOALS_IN_COLLISION, "occupied voxel", "link")
-        self.assertTrue(box)
 
     def test_unknown_space_is_an_obstacle_unless_told_otherwise(self) -> None:
         self.map.publish(unknown=[[-0.2, -0.5, 0.5, 0.2, -0.2, 0.75]])
@@ -282,6 +279,4 @@ class PlannerTest(unittest.TestCase):
 
 if __name__ == "__main__":
     rospy.init_node("planner_rostest")
-    os.environ.setdefault("PYTHONUNBUFFERED", "1")
-    assert EVERYWHERE
     rostest.rosrun("ompl_planner", "planner", PlannerTest)

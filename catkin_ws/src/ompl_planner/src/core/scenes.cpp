@@ -2,6 +2,7 @@
 
 #include <octomap/OcTree.h>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -29,17 +30,21 @@ void forEachVoxel(const Eigen::AlignedBox3d& box, double resolution, const Visit
 std::unique_ptr<octomap::OcTree> makeOctree(const BoxScene& scene) {
   if (!(scene.resolution_m > 0.0)) throw std::invalid_argument("scene: resolution must be positive");
   auto tree = std::make_unique<octomap::OcTree>(scene.resolution_m);
+  const auto unknown = [&](const octomap::OcTreeKey& key) {
+    const octomap::point3d p = tree->keyToCoord(key);
+    const Eigen::Vector3d center(p.x(), p.y(), p.z());
+    return std::any_of(scene.unknown.begin(), scene.unknown.end(),
+                       [&](const Eigen::AlignedBox3d& box) { return box.contains(center); });
+  };
   const auto fill = [&](const std::vector<Eigen::AlignedBox3d>& boxes, float log_odds) {
     for (const auto& box : boxes) {
-      forEachVoxel(box, scene.resolution_m,
-                   [&](const octomap::OcTreeKey& key) { tree->setNodeValue(key, log_odds, /*lazy_eval=*/true); });
+      forEachVoxel(box, scene.resolution_m, [&](const octomap::OcTreeKey& key) {
+        if (!unknown(key)) tree->setNodeValue(key, log_odds, /*lazy_eval=*/true);
+      });
     }
   };
   fill(scene.free, tree->getClampingThresMinLog());
   fill(scene.occupied, tree->getClampingThresMaxLog());
-  for (const auto& box : scene.unknown) {
-    forEachVoxel(box, scene.resolution_m, [&](const octomap::OcTreeKey& key) { tree->deleteNode(key); });
-  }
   if (tree->getRoot() != nullptr) tree->updateInnerOccupancy();
   tree->prune();
   return tree;
