@@ -36,9 +36,9 @@ Eigen::AlignedBox3d boxInMap(const PlacedShape& placed) {
 /// is always true.
 bool voxelMeets(const PlacedShape& placed, const Eigen::Vector3d& center_map, double half_edge) {
   const Eigen::Isometry3d T_shape_map = placed.T_map_shape.inverse();
-  const double gap = signedDistance(placed.shape, T_shape_map * center_map);
-  if (gap <= placed.padding_m) return true;
-  if (gap > placed.padding_m + std::sqrt(3.0) * half_edge) return false;
+  const Eigen::Vector3d center_shape = T_shape_map * center_map;
+  if (!isWithin(placed.shape, center_shape, placed.padding_m + std::sqrt(3.0) * half_edge)) return false;
+  if (isWithin(placed.shape, center_shape, placed.padding_m)) return true;
   Eigen::Vector3d p_map = center_map;
   for (int i = 0; i < kProjections; ++i) {
     const Eigen::Vector3d near_map = placed.T_map_shape * closestPoint(placed.shape, T_shape_map * p_map);

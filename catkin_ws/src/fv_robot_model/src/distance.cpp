@@ -9,10 +9,13 @@ namespace {
 
 using Eigen::Vector3d;
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 /// Largest plane value: the distance below the surface where negative, else a lower bound of the distance.
-double planeDistance(const Shape& shape, const Vector3d& p) {
-  double largest = -std::numeric_limits<double>::infinity();
-  for (Eigen::Index f = 0; f < shape.planes.rows(); ++f)
+/// Stops at the first value above `enough`.
+double planeDistance(const Shape& shape, const Vector3d& p, double enough = kInfinity) {
+  double largest = -kInfinity;
+  for (Eigen::Index f = 0; f < shape.planes.rows() && largest <= enough; ++f)
     largest = std::max(largest, shape.planes.row(f).head<3>().dot(p) + shape.planes(f, 3));
   return largest;
 }
@@ -45,7 +48,7 @@ Vector3d nearestOnTriangle(const Vector3d& a, const Vector3d& b, const Vector3d&
 /// Only faces that p sees can hold the nearest point: p lies in the cone of the normals there.
 Vector3d nearestOnHull(const Shape& shape, const Vector3d& p) {
   Vector3d best = p;
-  double best2 = std::numeric_limits<double>::infinity();
+  double best2 = kInfinity;
   for (Eigen::Index f = 0; f < shape.planes.rows(); ++f) {
     const double height = shape.planes.row(f).head<3>().dot(p) + shape.planes(f, 3);
     if (height <= 0.0 || height * height >= best2) continue;
@@ -108,9 +111,13 @@ double signedDistance(const Shape& shape, const Vector3d& p) {
   return std::numeric_limits<double>::quiet_NaN();
 }
 
+double distanceLowerBound(const Shape& shape, const Vector3d& p) {
+  return shape.kind == Shape::Kind::Convex ? planeDistance(shape, p) : signedDistance(shape, p);
+}
+
 bool isWithin(const Shape& shape, const Vector3d& p, double limit_m) {
   if (shape.kind != Shape::Kind::Convex) return signedDistance(shape, p) <= limit_m;
-  const double bound = planeDistance(shape, p);
+  const double bound = planeDistance(shape, p, limit_m);
   if (bound > limit_m || bound <= 0.0) return bound <= limit_m;
   return (nearestOnHull(shape, p) - p).norm() <= limit_m;
 }

@@ -61,9 +61,11 @@ bool rayMeets(const PlacedBody& placed, const Eigen::Vector3d& p_root, const Eig
   const Eigen::Vector3d p = placed.T_shape_root * p_root;
   const Eigen::Vector3d direction = placed.T_shape_root.linear() * to_sensor;
   for (double s = 0.0; s <= length_m;) {
-    const double gap = signedDistance(placed.body->shape, p + s * direction) - placed.body->padding_m;
-    if (gap <= kShadowStep_m) return true;
+    const Eigen::Vector3d at = p + s * direction;
+    double gap = distanceLowerBound(placed.body->shape, at) - placed.body->padding_m;
     if (gap > length_m - s) return false;
+    if (gap <= kShadowStep_m) gap = signedDistance(placed.body->shape, at) - placed.body->padding_m;
+    if (gap <= kShadowStep_m) return true;
     s += gap;
   }
   return false;

@@ -9,7 +9,7 @@ pytest.importorskip("pybullet")
 from bullet import BulletRobot
 
 CONFIGURATIONS_FK = 200
-CONFIGURATIONS_COLLISION = 3000
+CONFIGURATIONS_COLLISION = 2000
 TOUCHING_M = 2e-3  # two margins of 1 mm, which pybullet lays around hulls
 
 

@@ -12,7 +12,7 @@ bullet_client = pytest.importorskip("pybullet_utils.bullet_client")
 WIDTH, HEIGHT = 160, 120
 NEAR_M, FAR_M = 0.02, 10.0
 NOISE_M = 0.003
-VIEWS = 15
+VIEWS = 8
 LOST_SHARE = 0.01
 
 

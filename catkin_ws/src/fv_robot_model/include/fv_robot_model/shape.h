@@ -49,6 +49,10 @@ Eigen::Vector3d closestPoint(const Shape& shape, const Eigen::Vector3d& p_shape)
 /// Euclidean distance from p (shape frame) to the surface [m], negative inside. Exact for every kind.
 double signedDistance(const Shape& shape, const Eigen::Vector3d& p_shape);
 
+/// At most signedDistance(shape, p), and the same inside; cheaper outside of hulls (their planes only), where
+/// it is off beside edges and corners. Changes no faster than p moves.
+double distanceLowerBound(const Shape& shape, const Eigen::Vector3d& p_shape);
+
 /// Same as signedDistance(shape, p) <= limit_m, with the costly cases (hulls) decided early.
 bool isWithin(const Shape& shape, const Eigen::Vector3d& p_shape, double limit_m);
 
