@@ -4,4 +4,10 @@ from distutils.core import setup
 
 from catkin_pkg.python_setup import generate_distutils_setup
 
-setup(**generate_distutils_setup(packages=["fv_viz", "fv_viz.offscreen"], package_dir={"": "src"}))
+PACKAGES = ["fv_viz", "fv_viz.figures", "fv_viz.offscreen", "fv_viz.report"]
+
+setup(
+    **generate_distutils_setup(
+        packages=PACKAGES, package_dir={"": "src"}, package_data={"fv_viz.report": ["page.css", "scene3d.js"]}
+    )
+)

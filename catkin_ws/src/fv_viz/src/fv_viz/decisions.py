@@ -51,7 +51,7 @@ def chosen_view(header: Header, msg, config: VizConfig) -> list[bytes]:
     edges = shapes.pyramid_edges(pyramid, positions, matrices)[0]
     faces = shapes.marker(header, "chosen_view/cone", Marker.TRIANGLE_LIST, color, 0.25)
     sight = np.vstack([positions[0], positions[0] + matrices[0][:, 2] * (msg.max_range or 1.0)])
-    words = f"view {msg.view_number + 1}: expects {view.void_gain:.3f} m³ of void"
+    words = f"next view: expects {view.void_gain:.3f} m³ of void"
     at = positions[0] + np.array([0.0, 0.0, 2.0 * config.view_size_m])
     return [
         *out,

@@ -1,0 +1,258 @@
+"""Assembly of report.html."""
+
+from __future__ import annotations
+
+import base64
+import html
+import io
+import json
+from collections.abc import Iterable
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from PIL import Image as Picture
+
+from fv_viz.report import charts
+from fv_viz.report.run_data import TIMES, RunData
+from fv_viz.report.scene import scene
+
+MAX_PICTURES_BYTES = 8_000_000  # of all pictures of a report together, before base64
+ENLARGE = """
+const large = document.getElementById("large");
+for (const image of document.querySelectorAll(".strip img")) {
+  image.addEventListener("click", () => { large.firstElementChild.src = image.src; large.showModal(); });
+}
+large.addEventListener("click", () => large.close());
+"""
+RESULTS = {
+    "COMPLETE": "ended by itself: nothing worth seeing is left within reach",
+    "VIEW_BUDGET": "ended because its budget of views was used up",
+    "TIME_BUDGET": "ended because its time was used up",
+    "CANCELLED": "was cancelled",
+    "FAILED": "failed",
+}
+
+
+def report(data: RunData) -> str:
+    """The whole page as HTML text."""
+    parts = [
+        f"<h1>Exploration: {_text(data.name)}</h1>",
+        f'<p class="lead">{_text(outcome(data))}</p>',
+        _missing(data),
+        _tiles(data),
+        _pictures(data),
+        _scene(data),
+        _charts(data),
+        _views_table(data),
+        _statistics(data),
+        _details(data),
+    ]
+    return page(f"Exploration: {data.name}", parts)
+
+
+def page(title: str, parts: Iterable[str]) -> str:
+    """HTML document with the house's style sheet inside."""
+    style = resources.files(__package__).joinpath("page.css").read_text()
+    head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{_text(title)}</title>'
+    head = f'<head>{head}<link rel="icon" href="data:,"><style>{style}</style></head>'
+    return f'<!DOCTYPE html>\n<html lang="en">{head}<body>{"".join(parts)}</body></html>\n'
+
+
+def outcome(data: RunData) -> str:
+    """What happened, in one sentence, from whatever is known of it."""
+    run, views = data.run, data.run.get("views", len(data.column("view")) or None)
+    fate = RESULTS.get(
+        str(run.get("result")), f"ended with {run['result']}" if "result" in run else "left no result"
+    )
+    if run.get("reason"):
+        fate += f" ({str(run['reason']).rstrip('.')})"
+    gained = []
+    if _is_number(run.get("explored_share")):
+        gained.append(f"{100 * run['explored_share']:.1f} % of what the camera can observe is explored")
+    if _is_number(run.get("contacts")):
+        count = int(run["contacts"])
+        gained.append(
+            "nothing was touched" if count == 0 else f"something was touched in {count} physics steps"
+        )
+    after = f"After {views} views the" if views is not None else "The"
+    return f"{after} exploration {fate}{'; ' if gained else ''}{' and '.join(gained)}."
+
+
+def table(rows: Iterable[Iterable[Any]], header: Iterable[str] = ()) -> str:
+    """An HTML table; numbers are set right."""
+    head = "".join(f'<th class="number">{_text(name)}</th>' for name in header)
+    body = "".join("<tr>" + "".join(_cell(value) for value in row) + "</tr>" for row in rows)
+    return f'<div class="scroll"><table>{"<tr>" + head + "</tr>" if head else ""}{body}</table></div>'
+
+
+def figure(title: str, content: str) -> str:
+    """A titled figure; empty text stays empty."""
+    return f"<figure><figcaption>{_text(title)}</figcaption>{content}</figure>" if content else ""
+
+
+def shown(value: Any) -> str:
+    """A value as people write it."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return str(value)
+    if value != value:
+        return "–"
+    return f"{int(value):,}" if float(value).is_integer() and abs(value) < 1e15 else f"{value:.4g}"
+
+
+def _text(value: Any) -> str:
+    return html.escape(str(value))
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and value == value
+
+
+def _cell(value: Any) -> str:
+    kind = ' class="number"' if _is_number(value) or value != value else ""
+    return f"<td{kind}>{_text(shown(value))}</td>"
+
+
+def _missing(data: RunData) -> str:
+    if not data.missing:
+        return ""
+    return f'<p class="warn">Not everything of this run was found: {_text("; ".join(data.missing))}.</p>'
+
+
+def _tiles(data: RunData) -> str:
+    run, tiles = data.run, []
+    for key, label, form in (
+        ("explored_share", "explored of the observable", lambda v: f"{100 * v:.1f} %"),
+        ("known_share", "known of the whole volume", lambda v: f"{100 * v:.1f} %"),
+        ("views", "views", lambda v: f"{v:g}"),
+        ("wall_s", "wall time", _duration),
+        ("sim_s", "simulated time", _duration),
+        ("contacts", "steps in contact", lambda v: f"{v:g}"),
+    ):
+        if _is_number(run.get(key)):
+            tiles.append(f'<div class="tile"><b>{form(run[key])}</b><span>{label}</span></div>')
+    return f'<div class="tiles">{"".join(tiles)}</div>'
+
+
+def _duration(seconds: float) -> str:
+    return f"{seconds:.0f} s" if seconds < 120 else f"{int(seconds // 60)} min {int(seconds % 60)} s"
+
+
+def _pictures(data: RunData) -> str:
+    if not data.pictures:
+        return ""
+    budget, items = MAX_PICTURES_BYTES // len(data.pictures), []
+    for path in data.pictures:
+        try:
+            source = _embedded(path, budget)
+        except OSError:
+            items.append(f"<figure><figcaption>{_text(path.name)} cannot be read</figcaption></figure>")
+            continue
+        name = _text(path.stem.replace("_", " "))
+        items.append(
+            f'<figure><img src="{source}" alt="{name}" loading="lazy"><figcaption>{name}</figcaption></figure>'
+        )
+    dialog = f'<dialog id="large"><img alt="enlarged picture"></dialog><script>{ENLARGE}</script>'
+    return f'<h2>From view to view</h2><div class="strip">{"".join(items)}</div>{dialog}'
+
+
+def _embedded(path: Path, budget: int) -> str:
+    """A picture as a JPEG data URI of at most about `budget` bytes."""
+    with Picture.open(path) as picture:
+        picture = picture.convert("RGB")
+    for width, quality in ((1280, 85), (1100, 75), (900, 65), (640, 55), (400, 45)):
+        small = picture.copy()
+        small.thumbnail((width, width))
+        stream = io.BytesIO()
+        small.save(stream, "JPEG", quality=quality)
+        if stream.tell() <= budget:
+            break
+    return f"data:image/jpeg;base64,{base64.b64encode(stream.getvalue()).decode()}"
+
+
+def _scene(data: RunData) -> str:
+    content = scene(data)
+    if content is None:
+        return ""
+    script = resources.files(__package__).joinpath("scene3d.js").read_text()
+    packed = json.dumps(content, separators=(",", ":")).replace("</", "<\\/")
+    last = int(data.since["view"].max()) if data.since and data.since["view"].size else 0
+    slider = (
+        f'<label class="noprint">The map <input id="scene-slider" type="range" min="0" max="{last}" value="{last}"> '
+        f'<span id="scene-slider-text">after view {last}</span></label>'
+        if last > 0
+        else ""
+    )
+    return (
+        '<h2>The map in 3D</h2><p class="soft noprint" id="scene-note">Drag to turn, wheel to zoom, '
+        "shift and drag to move, double click to start again.</p>"
+        f'<canvas id="scene"></canvas><div id="scene-controls"></div>{slider}'
+        f'<script type="application/json" id="scene-data">{packed}</script><script>{script}</script>'
+    )
+
+
+def _charts(data: RunData) -> str:
+    if not data.columns:
+        return ""
+    view, wall = data.column("view"), data.column("wall_s")
+    shares = [
+        ("explored of the observable", 100 * data.column("explored_share")),
+        ("known of the whole volume", 100 * data.column("known_share")),
+    ]
+    gains = [("expected", data.column("expected_gain_m3")), ("real", data.column("real_gain_m3"))]
+    counts = [(name, data.column(name)) for name in ("occupied", "free", "unknown", "frontier", "void")]
+    steps = {name: data.column(f"{name}_s") for name in TIMES}
+    figures = [
+        figure("Coverage over views", charts.lines(_series(shares, view), "view", "share [%]", 100.0)),
+        figure(
+            "Coverage over time", charts.lines(_series(shares, wall), "wall time [s]", "share [%]", 100.0)
+        ),
+        figure("Gain of each view", charts.lines(_series(gains, view), "view", "newly known volume [m³]")),
+        figure("Time per step", charts.stacked_bars(view, steps, "view", "wall time [s]")),
+        figure("Voxels of each class", charts.lines(_series(counts, view), "view", "voxels")),
+    ]
+    return f'<h2>Coverage, gain and time</h2><div class="charts">{"".join(figures)}</div>'
+
+
+def _series(named: list[tuple[str, np.ndarray]], x: np.ndarray) -> list[charts.Series]:
+    return [charts.Series(name, x, y) for name, y in named]
+
+
+def _views_table(data: RunData) -> str:
+    if not data.columns:
+        return ""
+    names = [name for name, values in data.columns.items() if np.isfinite(values).any()]
+    rows = zip(*(data.columns[name].tolist() for name in names), strict=True)
+    return f"<h2>Every view</h2><details open><summary>metrics.csv</summary>{table(rows, names)}</details>"
+
+
+def _statistics(data: RunData) -> str:
+    rows = [
+        [f"{name} voxels", len(points), f"{len(points) * data.resolution**3:.3f} m³"]
+        for name, points in data.points.items()
+    ]
+    run = data.run
+    if _is_number(run.get("resolution_m")):
+        rows.append(["edge of a voxel", f"{100 * run['resolution_m']:g} cm", ""])
+    if "bounds_min" in run and "bounds_max" in run:
+        rows.append(["exploration volume", f"{run['bounds_min']} to {run['bounds_max']} m", ""])
+    truth = run.get("truth")
+    for name, value in truth.items() if isinstance(truth, dict) else ():
+        rows.append([f"against the true scene: {name.replace('_', ' ')}", _share(value), ""])
+    return f"<h2>The map in numbers</h2>{table(rows)}" if rows else ""
+
+
+def _share(value: Any) -> str:
+    if _is_number(value) and 0.0 <= value <= 1.0:
+        return f"{100 * value:.3g} %"
+    return json.dumps(value) if isinstance(value, (dict, list)) else shown(value)
+
+
+def _details(data: RunData) -> str:
+    out = []
+    for key, title in (("config", "Configuration"), ("versions", "Versions")):
+        if key in data.run:
+            text = _text(json.dumps(data.run[key], indent=2, sort_keys=True))
+            out.append(f"<details><summary>{title}</summary><pre>{text}</pre></details>")
+    return f"<h2>How it was run</h2>{''.join(out)}" if out else ""
