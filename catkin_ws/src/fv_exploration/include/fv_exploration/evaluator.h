@@ -1,0 +1,120 @@
+#pragma once
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "fv_exploration/convex_hull.h"
+#include "fv_exploration/occupancy_map.h"
+#include "fv_exploration/tile.h"
+#include "fv_exploration/void_clusters.h"
+
+namespace fv {
+
+/// How a map is evaluated.
+struct EvaluationConfig {
+  double min_fit = 0.5;           ///< S (formula 3.2) that a merger of void ellipsoids needs, (0, 1]
+  uint64_t seed = 0;              ///< of the random seed voxels
+  double seed_share = 1.0 / 27;   ///< share of void voxels tried as first seeds, [0, 1]
+  bool literal_formula = false;   ///< thesis formulas 3.1, 3.2 to the letter, see EllipsoidModel
+  /// Merge within tiles of 16 voxels first, then within groups of 4x4x4 tiles, then all: what did not change need not be
+  /// done again. Without it nearest pairs merge first everywhere, as in the thesis, anew in each update.
+  bool tiled = true;
+  int threads = 0;  ///< 0: all cores
+  /// @throws InputError.
+  void validate() const;
+};
+
+/// Neighbourhood of a void cluster: thesis 3.1.1, "the set of frontier-voids".
+struct FrontierVoid {
+  int ellipsoid;              ///< index into Evaluation::ellipsoids
+  std::vector<int> clusters;  ///< numbers of the frontier clusters that neighbour it, ascending
+};
+
+/// What an update found. Voxels are asked of the evaluator.
+struct Evaluation {
+  uint64_t map_sequence = 0;
+  int64_t update = 0;  ///< number of the update
+  std::vector<Ellipsoid> ellipsoids;  ///< largest count first
+  std::vector<FrontierVoid> frontier_voids;  ///< ellipsoids that neighbour a frontier, ascending
+  int clusters = 0;                          ///< number of frontier clusters
+  std::map<std::string, int64_t> counts;     ///< frontier, void, tiles_dirty, ...
+  std::map<std::string, double> timings;     ///< [s]
+};
+
+/// Frontiers, voids, their clusters and their neighbourhoods, kept up to date with a map.
+///
+/// Frontier voxel: free, with an unknown 26-neighbour within the bounds (what lies beyond them is not wanted). Void voxel:
+/// unknown, centre inside or on the convex hull of the centres of the occupied voxels. Fewer than four occupied voxels, or
+/// all in a plane: no voids. After any sequence of changes the result is that of a new evaluator, bit by bit.
+class Evaluator {
+ public:
+  /// The map must outlive the evaluator. @throws InputError.
+  Evaluator(const OccupancyMap& map, const EvaluationConfig& config);
+
+  /// Bring everything up to date with the map; work is done where it changed.
+  const Evaluation& update();
+
+  const Evaluation& evaluation() const { return evaluation_; }
+  const OccupancyMap& map() const { return map_; }
+  const EvaluationConfig& config() const { return config_; }
+  const HullRows& hull() const { return hull_; }
+  ClusterRule rule() const;
+  EllipsoidModel model() const { return rule().model; }
+
+  /// Frontier voxels (N) tile by tile and the cluster of each.
+  void frontier(std::vector<Voxel>& voxels, std::vector<int>& clusters) const;
+  /// Void voxels (M) tile by tile and the ellipsoid of each.
+  void voids(std::vector<Voxel>& voxels, std::vector<int>& ellipsoids) const;
+  /// The ellipsoids that merging starts from, and the void voxel centres they stand for; computed anew at each call.
+  std::vector<Ellipsoid> initialEllipsoids() const;
+
+  /// Class in the low two bits, kFrontierFlag, kVoidFlag; by index of the frame.
+  const GridFrame& frame() const { return frame_; }
+  const std::vector<uint8_t>& flags() const { return flags_; }
+  static constexpr uint8_t kClassMask = 3, kFrontierFlag = 4, kVoidFlag = 8;
+
+ private:
+  struct TileChange;
+  struct Group {
+    VoidGraph graph;
+    std::vector<int> members;      // tiles
+    std::vector<int> merged_into;  // nodes of the members one after the other
+  };
+
+  void reset();
+  void readChanges(std::vector<uint8_t>& stale);
+  bool readTile(int tile, TileChange& change);
+  bool noteOccupied(const Voxel& v, bool occupied);
+  void updateHull(std::vector<uint8_t>& stale);
+  void refreshTiles(const std::vector<uint8_t>& stale);
+  void writeFlags(int tile);
+  void relabel(int tile);
+  void relink();
+  std::vector<uint8_t> around(const std::vector<uint8_t>& tiles, bool forward_only) const;
+  void numberFrontiers();
+  void clusterTiled();
+  void mergeGroup(Group& group, const std::vector<int>& members);
+  void clusterWhole();
+  void takeEllipsoids(const VoidGraph& graph, std::vector<int>& rank);
+  void pairFrontierVoids();
+  const Tile* neighbour(int tile, int direction) const;
+  int neighbourIndex(int tile, int direction) const;
+  Voxel tileCorner(int tile) const { return frame_.origin + frame_.tile(tile) * kTile; }
+
+  const OccupancyMap& map_;
+  EvaluationConfig config_;
+  GridFrame frame_;
+  std::vector<uint8_t> flags_;
+  RowExtremes occupied_rows_;
+  bool hull_stale_ = false;
+  HullRows hull_;
+  std::vector<std::unique_ptr<Tile>> tiles_;
+  std::vector<uint8_t> frontier_changed_, void_changed_;  // by tile, this update
+  Voxel group_counts_{0, 0, 0};
+  std::vector<Group> groups_;
+  uint64_t seen_sequence_ = 0;
+  Evaluation evaluation_;
+};
+
+}  // namespace fv

@@ -1,0 +1,42 @@
+#pragma once
+#include <utility>
+#include <vector>
+
+#include "fv_exploration/ellipsoid.h"
+
+namespace fv {
+
+/// When void voxels become one cluster.
+struct ClusterRule {
+  EllipsoidModel model;
+  double min_fit = 0.5;            ///< S that a merger needs, (0, 1]
+  uint64_t seed = 0;               ///< of the random seed voxels
+  double seed_share = 1.0 / 27.0;  ///< share of the voxels tried as first seeds
+};
+
+/// A void cluster in the making.
+struct VoidNode {
+  Moments moments;
+  uint64_t id;  ///< smallest voxelId in it: breaks ties, the same in every order of building
+};
+
+/// A graph of neighbouring nodes: edges (a < b), each once.
+struct VoidGraph {
+  std::vector<VoidNode> nodes;
+  std::vector<std::pair<int, int>> edges;
+};
+
+/// Merge neighbours nearest first (by centroid; ties by id) as long as a merger has S >= min_fit; a heap of pairs.
+/// @param[out] merged_into per node of `graph` its node in the result.
+/// @return the merged graph, nodes ascending by id.
+VoidGraph mergeNearestFirst(const VoidGraph& graph, const ClusterRule& rule, std::vector<int>& merged_into);
+
+/// Seed voxels in random order with their unattached neighbours, then all that are left likewise (thesis 3.1.1).
+/// @param voxels each once, ascending by voxelId.
+/// @param[out] labels per voxel its node.
+VoidGraph seedEllipsoids(const std::vector<Voxel>& voxels, const ClusterRule& rule, std::vector<int>& labels);
+
+/// Seeding and merging of a set of voxels: the thesis's procedure as a whole.
+VoidGraph clusterVoids(const std::vector<Voxel>& voxels, const ClusterRule& rule, std::vector<int>& labels);
+
+}  // namespace fv

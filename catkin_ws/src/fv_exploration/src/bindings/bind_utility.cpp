@@ -1,0 +1,61 @@
+#include "bindings.h"
+#include "fv_exploration/utility.h"
+
+namespace fv {
+
+namespace {
+
+struct PyUtility {
+  Utility data;
+  PointsF points;
+  double resolution_m;
+};
+
+PyUtility accumulate(const Evaluator& evaluator, double max_range_m, int threads) {
+  const py::gil_scoped_release released;
+  PyUtility out{accumulateUtility(evaluator, max_range_m, threads), {}, evaluator.map().resolution()};
+  out.points = centres(evaluator.map(), out.data.voxels);
+  return out;
+}
+
+PointsF directions(const PyUtility& u) {
+  PointsF out(u.data.direction.size(), 3);
+  for (std::size_t i = 0; i < u.data.direction.size(); ++i) out.row(i) = u.data.direction[i];
+  return out;
+}
+
+py::array_t<int> best(const PyUtility& u, int count, double radius_m, std::optional<py::array_t<bool>> allowed) {
+  std::vector<uint8_t> mask;
+  if (allowed) {
+    if (allowed->ndim() != 1 || allowed->shape(0) != static_cast<py::ssize_t>(u.data.voxels.size()))
+      throw InputError("allowed has another shape than utility; valid: (U,) bool");
+    for (py::ssize_t i = 0; i < allowed->shape(0); ++i) mask.push_back(allowed->at(i));
+  }
+  require(count >= 0, "count", count, "0 or more");
+  require(radius_m >= 0, "suppression_radius_m", radius_m, "0 or more");
+  return toArray(bestViews(u.data, u.resolution_m, mask, count, radius_m));
+}
+
+}  // namespace
+
+void bindUtility(py::module_& m) {
+  py::class_<PyUtility>(m, "Utility", "Utility of free voxels (thesis, Algorithm 1).")
+      .def_readonly("points", &PyUtility::points, "(U, 3) float32 centres [m].")
+      .def_property_readonly("utility", [](const PyUtility& u) { return toArray(u.data.utility); },
+                             "(U,) float64 [m^3]: volumes of the ellipsoids whose rays pass.")
+      .def_property_readonly("direction", &directions, "(U, 3) float32 unit: where to look from there.")
+      .def_property_readonly("rays", [](const PyUtility& u) { return u.data.rays; })
+      .def_property_readonly("visits", [](const PyUtility& u) { return u.data.visits; });
+  m.def("accumulate_utility", &accumulate, py::arg("evaluator"), py::arg("max_range_m"), py::arg("threads") = 0,
+        "Algorithm 1 on the evaluator's last update. Returns Utility; InputError unless max_range_m is positive.");
+  m.def("best_views", &best, py::arg("utility"), py::arg("count"), py::arg("suppression_radius_m"),
+        py::arg("allowed") = py::none(),
+        "Non-maximum suppression: indices (K,) of at most count voxels of highest utility, best first, no two nearer\n"
+        "than the radius. allowed (U,) bool, None: all.");
+  // Evaluator.utility, beside the function, because that is where one looks for it.
+  m.attr("Evaluator").attr("utility") = py::cpp_function(
+      &accumulate, py::name("utility"), py::is_method(m.attr("Evaluator")), py::arg("max_range_m"),
+      py::arg("threads") = 0, "Algorithm 1 on the last update; rays of max_range_m [m]. Returns Utility.");
+}
+
+}  // namespace fv

@@ -1,0 +1,230 @@
+#include "fv_exploration/utility.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <unordered_map>
+
+#include "fv_exploration/parallel.h"
+#include "zeroed_array.h"
+
+namespace fv {
+
+namespace {
+
+/// Fixed-point utility, and utility times direction; added as one vector.
+typedef int64_t Sums __attribute__((vector_size(32)));
+
+/// A frontier cluster next to a void: all its sources get rays of this ellipsoid.
+struct Job {
+  int ellipsoid;
+  int cluster;
+  int64_t first;  // number of its first (ellipsoid, source) pair
+};
+
+struct Corners {
+  std::array<Eigen::Vector3d, 7> at;
+  double scaled_volume;
+};
+
+/// Steps through the free voxels of a frame along a ray.
+class FreeRay {
+ public:
+  FreeRay(const Evaluator& evaluator, double range_voxels)
+      : frame_(evaluator.frame()), flags_(evaluator.flags().data()), range_(range_voxels) {
+    const Voxel dims = frame_.dims();
+    stride_[0] = 1;
+    stride_[1] = dims.x();
+    stride_[2] = int64_t{dims.x()} * dims.y();
+  }
+
+  /// Add `sums` to the start and to each free voxel behind it, up to the range. @return voxels visited.
+  int64_t add(const Voxel& start, const double direction[3], Sums sums, Sums* out) const {
+    int64_t step[3];
+    int left[3];
+    double t[3], delta[3];
+    const Voxel local = start - frame_.origin, dims = frame_.dims();
+    for (int i = 0; i < 3; ++i) {
+      const double d = direction[i];
+      step[i] = d > 0 ? stride_[i] : -stride_[i];
+      left[i] = d > 0 ? dims[i] - 1 - local[i] : local[i];
+      delta[i] = d != 0 ? 1.0 / std::fabs(d) : std::numeric_limits<double>::infinity();
+      t[i] = 0.5 * delta[i];
+    }
+    int64_t at = static_cast<int64_t>(frame_.index(start)), visits = 0;
+    while (true) {
+      out[at] += sums;
+      ++visits;
+      const int dim = t[0] < t[1] ? (t[0] < t[2] ? 0 : 2) : (t[1] < t[2] ? 1 : 2);
+      if (t[dim] > range_ || --left[dim] < 0) return visits;
+      at += step[dim];
+      t[dim] += delta[dim];
+      if ((flags_[at] & Evaluator::kClassMask) != kFree) return visits;
+    }
+  }
+
+ private:
+  const GridFrame& frame_;
+  const uint8_t* flags_;
+  double range_;
+  int64_t stride_[3];
+};
+
+class Algorithm1 {
+ public:
+  Algorithm1(const Evaluator& evaluator, double max_range_m, int threads)
+      : evaluator_(evaluator),
+        threads_(threads),
+        walker_(evaluator, max_range_m / evaluator.map().resolution()) {
+    collectSources();
+    collectJobs();
+  }
+
+  Utility run() {
+    Utility out;
+    if (pairs_ == 0) return out;
+    std::vector<ZeroedArray<Sums>> sums;
+    for (int i = 0; i < threads_; ++i) sums.emplace_back(evaluator_.frame().size());
+    std::vector<int64_t> visits(threads_, 0), rays(threads_, 0);
+    constexpr int kChunk = 256;
+    parallelChunks(static_cast<int>((pairs_ + kChunk - 1) / kChunk), threads_, 1,
+                   [&](int chunk, int, int thread) {
+                     const int64_t first = int64_t{chunk} * kChunk;
+                     castPairs(first, std::min(pairs_, first + kChunk), sums[thread].data(), visits[thread],
+                               rays[thread]);
+                   });
+    out.visits = std::accumulate(visits.begin(), visits.end(), int64_t{0});
+    out.rays = std::accumulate(rays.begin(), rays.end(), int64_t{0});
+    collect(sums, out);
+    return out;
+  }
+
+ private:
+  void collectSources() {
+    std::vector<Voxel> voxels;
+    std::vector<int> clusters;
+    evaluator_.frontier(voxels, clusters);
+    sources_.resize(evaluator_.evaluation().clusters);
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+      if (evaluator_.hull().contains(voxels[i])) sources_[clusters[i]].push_back(voxels[i]);
+  }
+
+  void collectJobs() {
+    const Evaluation& e = evaluator_.evaluation();
+    double largest = 0;
+    for (const FrontierVoid& fv : e.frontier_voids)
+      largest = std::max(largest, e.ellipsoids[fv.ellipsoid].volume);
+    scale_ = largest > 0 ? std::ldexp(1.0, 34) / largest : 0.0;
+    corners_.resize(e.ellipsoids.size());
+    for (const FrontierVoid& fv : e.frontier_voids) {
+      corners_[fv.ellipsoid] = cornersOf(e.ellipsoids[fv.ellipsoid]);
+      for (const int cluster : fv.clusters) {
+        if (sources_[cluster].empty()) continue;
+        jobs_.push_back({fv.ellipsoid, cluster, pairs_});
+        pairs_ += static_cast<int64_t>(sources_[cluster].size());
+      }
+    }
+  }
+
+  Corners cornersOf(const Ellipsoid& e) const {
+    Corners c{{}, e.volume * scale_};
+    c.at[0] = e.center;
+    for (int i = 0; i < 3; ++i) {
+      c.at[1 + 2 * i] = e.center + e.semi_axes[i] * e.axes.col(i);
+      c.at[2 + 2 * i] = e.center - e.semi_axes[i] * e.axes.col(i);
+    }
+    return c;
+  }
+
+  void castPairs(int64_t first, int64_t last, Sums* sums, int64_t& visits, int64_t& rays) const {
+    auto job = std::upper_bound(jobs_.begin(), jobs_.end(), first,
+                                [](int64_t value, const Job& j) { return value < j.first; }) -
+               1;
+    for (int64_t pair = first; pair < last; ++pair) {
+      while (pair - job->first >= static_cast<int64_t>(sources_[job->cluster].size())) ++job;
+      const Voxel& source = sources_[job->cluster][pair - job->first];
+      const Corners& corners = corners_[job->ellipsoid];
+      const Eigen::Vector3d at = evaluator_.map().centre(source);
+      for (const Eigen::Vector3d& corner : corners.at) {
+        const double dx = at.x() - corner.x(), dy = at.y() - corner.y(), dz = at.z() - corner.z();
+        const double length = std::sqrt(dx * dx + dy * dy + dz * dz);
+        if (!(length > 0)) continue;  // a corner on the source points nowhere
+        const double direction[3] = {dx / length, dy / length, dz / length};
+        const double u = corners.scaled_volume;
+        const Sums add = {std::llround(u), std::llround(u * direction[0]), std::llround(u * direction[1]),
+                          std::llround(u * direction[2])};
+        visits += walker_.add(source, direction, add, sums);
+        ++rays;
+      }
+    }
+  }
+
+  void collect(const std::vector<ZeroedArray<Sums>>& sums, Utility& out) const {
+    const std::vector<uint8_t>& flags = evaluator_.flags();
+    for (std::size_t i = 0; i < flags.size(); ++i) {
+      if ((flags[i] & Evaluator::kClassMask) != kFree) continue;
+      Sums total = sums[0][i];
+      for (int thread = 1; thread < threads_; ++thread) total += sums[thread][i];
+      if (total[0] == 0) continue;
+      out.voxels.push_back(evaluator_.frame().voxel(i));
+      out.utility.push_back(static_cast<double>(total[0]) / scale_);
+      const Eigen::Vector3d away(total[1], total[2], total[3]);
+      const double length = away.norm();
+      out.direction.push_back(length > 0 ? Eigen::Vector3f((-away / length).cast<float>())
+                                         : Eigen::Vector3f::UnitX().eval());
+    }
+  }
+
+  const Evaluator& evaluator_;
+  int threads_;
+  FreeRay walker_;
+  std::vector<std::vector<Voxel>> sources_;  // by cluster
+  std::vector<Corners> corners_;             // by ellipsoid
+  std::vector<Job> jobs_;
+  int64_t pairs_ = 0;
+  double scale_ = 0;
+};
+
+}  // namespace
+
+Utility accumulateUtility(const Evaluator& evaluator, double max_range_m, int threads) {
+  require(max_range_m > 0 && std::isfinite(max_range_m), "max_range_m", max_range_m, "above 0, finite");
+  return Algorithm1(evaluator, max_range_m, threadCount(threads)).run();
+}
+
+std::vector<int> bestViews(const Utility& utility, double resolution_m, const std::vector<uint8_t>& allowed,
+                           int count, double suppression_radius_m) {
+  std::vector<int> order;
+  for (int i = 0; i < static_cast<int>(utility.voxels.size()); ++i)
+    if (allowed.empty() || allowed[i]) order.push_back(i);
+  std::sort(order.begin(), order.end(), [&](int a, int b) {
+    return utility.utility[a] != utility.utility[b] ? utility.utility[a] > utility.utility[b] : a < b;
+  });
+  const double radius = suppression_radius_m / resolution_m;
+  const double cell = std::max(1.0, radius);
+  std::unordered_map<uint64_t, std::vector<int>> kept;  // by cell of the radius' size
+  std::vector<int> out;
+  const auto cellOf = [&](const Voxel& v) -> Voxel {
+    return (v.cast<double>() / cell).array().floor().cast<int>();
+  };
+  const auto suppressed = [&](const Voxel& v) {
+    const Voxel c = cellOf(v);
+    for (int d = 0; d < 27; ++d) {
+      const auto found = kept.find(voxelId(c + directionStep(d)));
+      if (found == kept.end()) continue;
+      for (const int j : found->second)
+        if ((utility.voxels[j] - v).cast<double>().norm() < radius) return true;
+    }
+    return false;
+  };
+  for (const int i : order) {
+    if (static_cast<int>(out.size()) >= count) break;
+    if (suppressed(utility.voxels[i])) continue;
+    kept[voxelId(cellOf(utility.voxels[i]))].push_back(i);
+    out.push_back(i);
+  }
+  return out;
+}
+
+}  // namespace fv
