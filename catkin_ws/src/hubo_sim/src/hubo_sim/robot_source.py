@@ -28,4 +28,5 @@ def load_robot_spec(name_or_folder: str) -> RobotSpec:
         sensors=robot.documents["sensors"],
         controllers=controllers,
         joint_limits=limits.get("joint_limits", limits),
+        groups={name: group.joints for name, group in robot.groups.items()},
     )

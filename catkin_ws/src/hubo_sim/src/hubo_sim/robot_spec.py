@@ -24,6 +24,7 @@ class RobotSpec:
     sensors: dict[str, dict[str, Any]] = field(default_factory=dict)  # sensors.yaml
     controllers: dict[str, dict[str, Any]] = field(default_factory=dict)  # full name -> parameters
     joint_limits: dict[str, dict[str, Any]] = field(default_factory=dict)
+    groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # SRDF groups' joints
 
     @property
     def base_link(self) -> str:

@@ -1,0 +1,20 @@
+"""The truth about a world, to measure maps against: distances, occupied voxels, what a camera can observe at all."""
+
+from hubo_sim.ground_truth.observable import (
+    ObservableRequest,
+    ObservableSet,
+    compute_observable,
+    observable_set,
+)
+from hubo_sim.ground_truth.score import score_map
+from hubo_sim.ground_truth.true_world import TrueWorld, grid_centres
+
+__all__ = [
+    "ObservableRequest",
+    "ObservableSet",
+    "TrueWorld",
+    "compute_observable",
+    "grid_centres",
+    "observable_set",
+    "score_map",
+]
