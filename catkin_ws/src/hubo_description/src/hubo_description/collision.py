@@ -55,7 +55,9 @@ class SelfCollision:
     def set_joints(self, pose: dict[str, float]) -> None:
         """Put the named joints at these values, rad or m; the others stay."""
         for name, value in pose.items():
-            self._bullet.resetJointState(self._body, self._joint_index[name], value, physicsClientId=self._client)
+            self._bullet.resetJointState(
+                self._body, self._joint_index[name], value, physicsClientId=self._client
+            )
 
     def distance(self, link_a: str, link_b: str, limit_m: float) -> float:
         """Return the distance of two links [m], negative when they overlap; inf beyond limit_m."""

@@ -96,13 +96,16 @@ def compute_disabled_pairs(robot: Robot, samples: int, seed: int) -> dict[Pair, 
 
 
 def start_pose(robot: Robot) -> dict[str, float]:
-    """Return all moving joints [rad, m] where exploring begins: the group at its start pose, the others at zero.
+    """Return all moving joints [rad, m] where exploring begins.
 
-    A joint that cannot be at zero is at its nearest limit.
+    The exploring group is at its start pose, the other groups at ``home``, what no group names at zero or at the
+    limit nearest to it.
     """
-    zero = {name: float(np.clip(0.0, *limits)) for name, limits in _bounds(robot).items()}
+    pose = {name: float(np.clip(0.0, *limits)) for name, limits in _bounds(robot).items()}
+    for states in robot.group_states.values():
+        pose |= states.get("home", {})
     exploration = robot.config.exploration
-    return zero | robot.group_states[exploration.group][exploration.start_pose]
+    return pose | robot.group_states[exploration.group][exploration.start_pose]
 
 
 def _bounds(robot: Robot) -> dict[str, tuple[float, float]]:
@@ -191,6 +194,8 @@ def main(argv: list[str] | None = None) -> int:
     except (RobotDescriptionError, ValueError) as err:
         print(f"compute_disabled_pairs: {err}", file=sys.stderr)
         return 1
-    counts = {reason: list(reasons.values()).count(reason) for reason in ("Adjacent", "Default", "Always", "Never")}
+    counts = {
+        reason: list(reasons.values()).count(reason) for reason in ("Adjacent", "Default", "Always", "Never")
+    }
     print(f"{robot.name}: {counts} of {len(all_pairs(robot))} pairs -> {robot.folder / robot.config.srdf}")
     return 0

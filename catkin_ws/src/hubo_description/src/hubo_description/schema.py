@@ -14,6 +14,7 @@ import yaml
 from hubo_description.errors import RobotDescriptionError
 
 T = typing.TypeVar("T")
+UNITS = ("m", "mm", "cm", "rad", "deg", "s", "ms", "hz", "px")  # suffixes of keys
 
 
 def read_yaml(path: Path) -> dict:
@@ -47,16 +48,25 @@ def reject_unknown(keys: typing.Iterable[str], valid: typing.Iterable[str], wher
     """
     valid = list(valid)
     for key in keys:
-        if key in valid:
-            continue
-        stem = key.rsplit("_", 1)[0]
-        same_stem = [
-            name for name in valid if name.startswith(f"{key}_") or name.rsplit("_", 1)[0] in (key, stem)
-        ]
-        close = same_stem or difflib.get_close_matches(key, valid, n=1)
-        hint = f" (did you mean '{close[0]}'? the unit is part of the key)" if same_stem else ""
-        hint = hint or (f" (did you mean '{close[0]}'?)" if close else "")
-        raise RobotDescriptionError(f"{where}: unknown key '{key}'{hint}; valid keys: {', '.join(valid)}")
+        if key not in valid:
+            raise RobotDescriptionError(
+                f"{where}: unknown key '{key}'{_hint(key, valid)}; valid keys: {', '.join(valid)}"
+            )
+
+
+def _hint(key: str, valid: list[str]) -> str:
+    """Return what the writer may have meant: the same name with the right unit, else the most similar one."""
+    stem = _without_unit(key)
+    for name in valid:
+        if _without_unit(name) == stem:
+            return f" (did you mean '{name}'? the unit is part of the key)"
+    close = difflib.get_close_matches(key, valid, n=1)
+    return f" (did you mean '{close[0]}'?)" if close else ""
+
+
+def _without_unit(key: str) -> str:
+    stem, _, unit = key.rpartition("_")
+    return stem if stem and unit in UNITS else key
 
 
 def from_mapping(cls: type[T], data: object, where: str) -> T:
