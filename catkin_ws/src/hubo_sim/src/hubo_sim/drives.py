@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from pybullet_utils.bullet_client import BulletClient
 
+from hubo_sim.bullet import BulletClient
 from hubo_sim.errors import SimError
 from hubo_sim.sim_robot import SimRobot
 from hubo_sim.spline import JointSample

@@ -6,8 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-import pybullet_data
-
+from hubo_sim.bullet import pybullet_data
 from hubo_sim.errors import SimError
 
 

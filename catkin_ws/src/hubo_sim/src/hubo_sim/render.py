@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import pybullet
 
+from hubo_sim.bullet import pybullet
 from hubo_sim.errors import SimError
 from hubo_sim.scene import Scene
 from hubo_sim.transforms import inverse

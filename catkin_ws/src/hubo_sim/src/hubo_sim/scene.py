@@ -4,34 +4,17 @@ from __future__ import annotations
 
 import importlib.util
 import logging
-import os
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-import pybullet
-import pybullet_data
-from pybullet_utils.bullet_client import BulletClient
 
+from hubo_sim.bullet import BulletClient, native_output_hidden, pybullet, pybullet_data
 from hubo_sim.errors import SimError
 from hubo_sim.transforms import inverse, quaternion_of, transform
 from hubo_sim.worlds import World, WorldObject
 
 GRAVITY_M_S2 = 9.81
 _log = logging.getLogger(__name__)
-
-
-@contextmanager
-def native_output_hidden():
-    """Hide what Bullet prints to the process's stdout while it loads files or GL; errors are raised, not printed."""
-    saved, null = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(null, 1)
-        yield
-    finally:
-        os.dup2(saved, 1)
-        os.close(saved)
-        os.close(null)
 
 
 class Scene:

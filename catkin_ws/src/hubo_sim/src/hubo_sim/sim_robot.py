@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import pybullet
 
+from hubo_sim.bullet import native_output_hidden, pybullet
 from hubo_sim.errors import SimError
 from hubo_sim.robot_spec import RobotSpec, urdf_for_bullet
-from hubo_sim.scene import Scene, native_output_hidden, place_root, root_pose
+from hubo_sim.scene import Scene, place_root, root_pose
 from hubo_sim.transforms import quaternion_of, transform
 
 # Bullet's motor gains of position joints: with the velocity fed forward these follow a trajectory closely

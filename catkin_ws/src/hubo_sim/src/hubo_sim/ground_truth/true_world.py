@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import pybullet
 
+from hubo_sim.bullet import pybullet
 from hubo_sim.ground_truth.solids import BoxSolid, CylinderSolid, MeshSolid, Solid, SphereSolid, solid_of
 from hubo_sim.ground_truth.triangles import mesh_triangles, surface_points
 from hubo_sim.scene import Scene, root_pose
