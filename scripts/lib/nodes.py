@@ -72,9 +72,9 @@ class ExplorationNodes:
             self.world = load_world(arguments.world)
         except (RobotDescriptionError, SimError) as error:
             raise SessionError(str(error)) from error
-        camera = self.robot.sensors[self.robot.config["exploration"]["camera"]]
-        self.config["scan"]["cloud_topic"] = f"{camera['topic']}/depth/points"
-        self.config["scan"]["trigger_service"] = f"{camera['topic']}/trigger"
+        camera = self.robot.sensors[self.robot.config.exploration.camera]
+        self.config["scan"]["cloud_topic"] = f"{camera.topic}/depth/points"
+        self.config["scan"]["trigger_service"] = f"{camera.topic}/trigger"
 
     def start(self, session: RosSession, folder: Path, progress: Progress) -> None:
         """Start every node; results go to the folder."""
@@ -165,12 +165,12 @@ class ExplorationNodes:
 
     def _require_capability_map(self, progress: Progress) -> None:
         """Build the arm's capability map where set-up has not done so."""
-        exploration = self.robot.config["exploration"]
-        progress.say(f"capability map of {self.robot.config['name']}'s {exploration['capability_group']}")
+        exploration = self.robot.config.exploration
+        progress.say(f"capability map of {self.robot.name}'s {exploration.capability_group}")
         self._session.run_once(
             "capability_map",
             "build",
-            *("--robot", self._arguments.robot, "--group", exploration["capability_group"], "--coarse"),
+            *("--robot", self._arguments.robot, "--group", exploration.capability_group, "--coarse"),
         )
 
     def _goal(self) -> ExploreGoal:

@@ -79,7 +79,7 @@ class RunFolder:
         self._known_since.update(view, occupancy_map.classify)
 
     def write_map(self, occupancy_map: Any, evaluation: Any) -> None:
-        """map.bt (OctoMap, three classes), map.ot (with probabilities), and map_points.npz (centres by class), known_since.npz."""
+        """map.bt (OctoMap, three classes), map.ot (with probabilities), and the npz files."""
         write_replacing(self._folder / "map.bt", lambda path: occupancy_map.write_bt(str(path)))
         write_replacing(self.map_path, lambda path: occupancy_map.write_ot(str(path)))
         points = {
