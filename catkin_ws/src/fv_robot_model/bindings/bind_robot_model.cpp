@@ -176,6 +176,11 @@ void bindRobotModel(py::module_& m) {
       "From the text of a URDF and an SRDF ('' for none). `resolver` finds meshes other than file:// and\n"
       "absolute ones: {package: folder} or a function from the name as written to an absolute file name.\n"
       "Raises ModelError naming what is broken or not supported.");
+  c.def("with_attached", &RobotModel::withAttached, py::arg("name"), py::arg("parent"), py::arg("shapes"),
+        py::arg("touch_links") = std::vector<std::string>{},
+        "The same robot holding something: a new last link `name`, fixed to link `parent`, with shapes in "
+        "its frame.\n"
+        "touch_links are links besides the parent that may touch it.");
   defNames(c);
   defKinematics(c);
   c.def(

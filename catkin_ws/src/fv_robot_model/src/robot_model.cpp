@@ -50,6 +50,28 @@ RobotModel RobotModel::fromXml(const std::string& urdf_xml, const std::string& s
   return builder.take();
 }
 
+RobotModel RobotModel::withAttached(const std::string& name, const std::string& parent,
+                                    const std::vector<Shape>& shapes,
+                                    const std::vector<std::string>& touch_links) const {
+  if (name.empty() || std::find(link_names_.begin(), link_names_.end(), name) != link_names_.end())
+    throw std::invalid_argument(text("'", name, "' cannot be attached: the name is empty or that of a link"));
+  RobotModel result = *this;
+  Link link;
+  link.parent = linkIndex(parent);
+  result.links_.push_back(link);
+  result.link_names_.push_back(name);
+  result.shapes_.push_back(shapes);
+  for (auto& [key, group] : result.groups_)
+    if (std::binary_search(group.moved_links.begin(), group.moved_links.end(), link.parent))
+      group.moved_links.push_back(static_cast<int>(links_.size()));
+  for (const std::string& other : touch_links) {
+    linkIndex(other);
+    result.disabled_pairs_.push_back(std::minmax(name, other));
+  }
+  std::sort(result.disabled_pairs_.begin(), result.disabled_pairs_.end());
+  return result;
+}
+
 int RobotModel::jointIndex(const std::string& joint) const { return indexIn(joint_names_, joint, "joint"); }
 
 int RobotModel::linkIndex(const std::string& link) const { return indexIn(link_names_, link, "link"); }

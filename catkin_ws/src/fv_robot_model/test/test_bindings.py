@@ -15,6 +15,7 @@ from fv_robot_model import (
     SelfCollision,
     SelfFilter,
     SelfFilterConfig,
+    Shape,
     UnknownNameError,
     body_voxels,
     sphere_cover,
@@ -93,6 +94,37 @@ def test_cut_descriptions_never_crash(text: str) -> None:
         parts = (text[:end], "") if text is EXAMPLE_URDF else (EXAMPLE_URDF, text[: max(end, 1)])
         with pytest.raises(ModelError):
             RobotModel.from_xml(*parts)
+
+
+@pytest.mark.parametrize("is_urdf", [True, False])
+def test_mangled_descriptions_never_crash(is_urdf: bool) -> None:
+    random = np.random.default_rng(11)
+    original = EXAMPLE_URDF if is_urdf else EXAMPLE_SRDF
+    refused = 0
+    for _ in range(400):
+        at, length = random.integers(len(original)), random.integers(1, 12)
+        junk = "".join(random.choice(list('<>/"= 0-1.eabn\0é'), random.integers(0, 6)))
+        text = original[:at] + junk + original[at + length :]
+        try:
+            model = RobotModel.from_xml(*((text, "") if is_urdf else (EXAMPLE_URDF, text)))
+            SelfCollision(model).in_contact(np.zeros((1, len(model.joint_names))))
+        except ModelError:
+            refused += 1
+    assert refused > 100
+
+
+def test_what_the_hand_holds_counts_as_robot(example) -> None:
+    T_hand_ball = np.eye(4)
+    T_hand_ball[0, 3] = 0.2
+    ball = Shape.sphere(0.05, T_hand_ball)
+    laden = example.model.with_attached("cup", "hand", [ball], touch_links=["arm"])
+    q = np.zeros(3)
+    T_root_hand = laden.forward(q)[laden.link_index("hand")]
+    point = (T_root_hand @ [0.2, 0.0, 0.0, 1.0])[None, :3]
+    assert SelfFilter(laden).is_robot(point, q)[0]
+    assert not SelfFilter(example.model).is_robot(point, q)[0]
+    assert ("base", "cup") in SelfCollision(laden).checked_pairs
+    assert ("arm", "cup") not in SelfCollision(laden).checked_pairs
 
 
 def test_mesh_resolver_errors_name_the_mesh() -> None:

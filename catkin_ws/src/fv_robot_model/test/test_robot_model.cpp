@@ -180,6 +180,21 @@ TEST(RobotModel, unknownNamesListTheValidOnes) {
   }
 }
 
+TEST(RobotModel, carriesWhatIsAttached) {
+  const RobotModel model = exampleRobot();
+  const Shape ball = Shape::sphere(0.05, Eigen::Isometry3d(Eigen::Translation3d(0.1, 0.0, 0.0)));
+  const RobotModel laden = model.withAttached("cup", "hand", {ball}, {"other_arm"});
+  const Eigen::VectorXd q = Eigen::VectorXd::Constant(5, 0.1);
+  EXPECT_EQ(laden.linkNames().back(), "cup");
+  EXPECT_TRUE(laden.forward(q).back().isApprox(laden.forward(q)[laden.linkIndex("hand")]));
+  EXPECT_EQ(laden.group("arm").moved_links.back(), laden.linkIndex("cup"));
+  EXPECT_EQ(laden.disabledPairs().size(), model.disabledPairs().size() + 1);
+  EXPECT_EQ(model.linkNames().size() + 1, laden.linkNames().size());
+  EXPECT_THROW(model.withAttached("arm", "hand", {ball}), std::invalid_argument);
+  EXPECT_THROW(model.withAttached("cup", "leg", {ball}), UnknownNameError);
+  EXPECT_THROW(model.withAttached("cup", "hand", {ball}, {"leg"}), UnknownNameError);
+}
+
 TEST(RobotModelInput, refusesBrokenXml) {
   expectModelError("", "", {"the URDF cannot be used"});
   expectModelError("<robot name='r'><link", "", {"the URDF cannot be used"});

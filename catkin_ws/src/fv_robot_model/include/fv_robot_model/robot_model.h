@@ -59,6 +59,14 @@ class RobotModel {
   static RobotModel fromXml(const std::string& urdf_xml, const std::string& srdf_xml,
                             const MeshResolver& resolver = {});
 
+  /// The same robot holding something: a new last link, fixed to `parent` with its own frame on the parent's.
+  /// @param shapes Its collision shapes, T_link_shape within the frame of the parent.
+  /// @param touch_links Links that may touch it besides the parent; contacts with them join disabledPairs().
+  /// @throws std::invalid_argument when the name is taken, UnknownNameError for links that do not exist.
+  RobotModel withAttached(const std::string& name, const std::string& parent,
+                          const std::vector<Shape>& shapes,
+                          const std::vector<std::string>& touch_links = {}) const;
+
   const std::string& name() const { return name_; }
 
   /// Movable joints that are no mimics; q_all has their values in this order.
