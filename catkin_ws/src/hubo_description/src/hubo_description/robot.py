@@ -68,13 +68,24 @@ def load_robot(name_or_folder: str | Path) -> Robot:
     """
     folder = _find_folder(name_or_folder)
     documents = {stem: read_yaml(folder / f"{stem}.yaml") for stem in ("robot", "joint_limits", "sensors")}
-    config = from_mapping(RobotConfig, documents["robot"], str(folder / "robot.yaml"))
+    robot = _assemble(
+        folder, documents, from_mapping(RobotConfig, documents["robot"], f"{folder}/robot.yaml")
+    )
+    check_controllers(
+        robot.controllers, robot.config.namespace, robot.model.moving_joints, f"{folder}/controllers.yaml"
+    )
+    _check_references(robot)
+    return robot
+
+
+def _assemble(folder: Path, documents: dict[str, dict], config: RobotConfig) -> Robot:
+    """Expand and parse what robot.yaml points to; each part is checked against the URDF."""
     urdf_xml = load_urdf(config.urdf, config.attach, folder)
-    model = parse_urdf(urdf_xml, str(folder / "robot.yaml") + f": urdf {config.urdf}")
+    model = parse_urdf(urdf_xml, f"{folder}/robot.yaml: urdf {config.urdf}")
     srdf_xml = read_srdf(folder / config.srdf)
     srdf = parse_srdf(srdf_xml, model, str(folder / config.srdf))
-    limits_path = str(folder / "joint_limits.yaml")
-    robot = Robot(
+    limits = parse_joint_limits(documents["joint_limits"], model.moving_joints, f"{folder}/joint_limits.yaml")
+    return Robot(
         name=config.name,
         folder=folder,
         config=config,
@@ -82,18 +93,13 @@ def load_robot(name_or_folder: str | Path) -> Robot:
         srdf_xml=srdf_xml,
         model=model,
         controllers=read_yaml(folder / "controllers.yaml"),
-        joint_limits=parse_joint_limits(documents["joint_limits"], model.moving_joints, limits_path),
-        sensors=parse_sensors(documents["sensors"], str(folder / "sensors.yaml")),
+        joint_limits=limits,
+        sensors=parse_sensors(documents["sensors"], f"{folder}/sensors.yaml"),
         groups=srdf.groups,
         group_states=srdf.group_states,
         disabled_pairs=srdf.disabled_pairs,
         documents=documents,
     )
-    check_controllers(
-        robot.controllers, config.namespace, model.moving_joints, str(folder / "controllers.yaml")
-    )
-    _check_references(robot)
-    return robot
 
 
 def _find_folder(name_or_folder: str | Path) -> Path:
