@@ -56,6 +56,9 @@ class RobotShapes:
             raise ValueError(f"robot description needs one root link, found {tops}")
         self.root = tops[0]
         self._ordered = _in_order(self.root, joints)
+        self.joint_names = [
+            joint.name for joint in self._ordered if joint.kind != "fixed" and not joint.mimic
+        ]
         self.visuals = [v for link in root.findall("link") for v in _visuals(link)]
 
     def link_poses(self, positions: dict[str, float]) -> dict[str, np.ndarray]:

@@ -95,13 +95,16 @@ class Renderer:
                 raise ValueError(f"no saved view {preset!r}; known: {', '.join(saved)}")
             views.setCurrentFrom(saved[preset])
         elif camera:
-            if len(camera) != 6:
-                raise ValueError(f"camera needs distance, yaw, pitch, x, y, z; got {len(camera)} numbers")
+            if len(camera) not in (6, 7):
+                raise ValueError(
+                    f"camera needs distance, yaw, pitch, x, y, z, near; got {len(camera)} numbers"
+                )
             current = views.getCurrent()
             for name, value in zip(CAMERA, camera[:3], strict=True):
                 current.subProp(name).setValue(float(value))
-            for name, value in zip("XYZ", camera[3:], strict=True):
+            for name, value in zip("XYZ", camera[3:6], strict=True):
                 current.subProp("Focal Point").subProp(name).setValue(float(value))
+            current.subProp("Near Clip Distance").setValue(float(camera[6]) if len(camera) == 7 else 0.01)
 
     def _wake(self) -> None:
         if not self._running:

@@ -1,0 +1,79 @@
+"""The robot on the stage, and a real plan of the real planner for figure 5.8."""
+
+from __future__ import annotations
+
+import time
+
+import actionlib
+import numpy as np
+import rospy
+from fv_msgs.msg import MapUpdate, PlanMotionAction, PlanMotionGoal, PlannedPath
+from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
+
+from fv_viz.figures import sources
+from fv_viz.figures.stage import FRAME, Stage
+from fv_viz.robot import RobotShapes
+
+GOAL = "stow"  # named pose that the plan ends in
+
+
+def bring_robot(stage: Stage, robot: str) -> dict[str, float]:
+    """Upload the robot, place it in the world and show its start pose; returns its joint positions."""
+    positions = sources.start_positions(robot)
+    code = stage.run("hubo_description", "upload_robot", "--robot", robot).wait(30)
+    if code != 0:
+        raise sources.NoData(f"upload_robot ended with code {code}")
+    place = TransformStamped(
+        header=Header(frame_id="world", stamp=rospy.Time.now()), child_frame_id="base_link"
+    )
+    place.transform.translation = Vector3(0.0, 0.0, base_height(robot))
+    place.transform.rotation = Quaternion(0.0, 0.0, 0.0, 1.0)
+    stage.publish("/tf_static", TFMessage([place]))
+    stage.run("robot_state_publisher", "robot_state_publisher")
+    model = RobotShapes(rospy.get_param("/robot_description"))
+    everything = {**dict.fromkeys(model.joint_names, 0.0), **positions}
+    time.sleep(1.5)
+    stage.joints(everything)
+    return everything
+
+
+def base_height(robot: str) -> float:
+    """Height of the base link over the floor [m]."""
+    from hubo_description import load_robot
+
+    return float(getattr(load_robot(robot).config, "base_height_m", 0.0) or 0.0)
+
+
+def base_point(robot: str, p_base) -> np.ndarray:
+    """A point (3,) of the base link's frame in the world."""
+    return np.asarray(p_base, dtype=float) + np.array([0.0, 0.0, base_height(robot)])
+
+
+def planned_path(stage: Stage, robot: str) -> tuple[PlannedPath, str]:
+    """A plan from the start pose to a named one; raises NoData when the planner does not answer with one."""
+    stage.run("ompl_planner", "planner_node")
+    client = actionlib.SimpleActionClient("/ompl_planner/plan", PlanMotionAction)
+    if not client.wait_for_server(rospy.Duration(15.0)):
+        raise sources.NoData("the planner does not come up")
+    goal = PlanMotionGoal(group="right_arm", goal_type=PlanMotionGoal.GOAL_NAMED, goal_name=GOAL, seed=1)
+    goal.unknown_space = PlanMotionGoal.UNKNOWN_IS_FREE
+    stage.publish("/fv_exploration/map", _empty_map())
+    client.send_goal(goal)
+    if not client.wait_for_result(rospy.Duration(30.0)):
+        raise sources.NoData("the planner did not answer within 30 s")
+    result = client.get_result()
+    if result is None or not result.trajectory.points:
+        raise sources.NoData(f"no plan: {result.message if result else 'the planner died'}")
+    path = PlannedPath(header=FRAME, trajectory=result.trajectory)
+    return path, f"/ompl_planner/plan, robot {robot}, group right_arm, start pose to {GOAL}, seed 1"
+
+
+def _empty_map() -> MapUpdate:
+    """An octree of nothing but free space about the robot, as the map's owner writes it."""
+    from fv_exploration import _core, conversions
+
+    grid = _core.OccupancyMap(_core.MapConfig(resolution_m=0.1, bounds_min=[-1, -1, 0], bounds_max=[1, 1, 2]))
+    grid.mark_free(np.array([[0.0, 0.0, 1.0]]))
+    return conversions.map_update_msg(grid, conversions.octomap_msg(grid, FRAME, True))

@@ -1,0 +1,189 @@
+"""Where figures get their data. The only file of this package that imports other packages of the workspace: figures are
+made from the real simulator, map and capability map, not from anything drawn for the purpose.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+from fv_msgs.msg import Box, Evaluation, ExplorationVolume
+from geometry_msgs.msg import Point
+from std_msgs.msg import Header
+
+FRAME = Header(frame_id="world")
+WAIST_DEG = (0.0, 30.0, -30.0, 60.0, -60.0)  # turns of the waist about the start pose, one scan each
+RANGE_M = 3.0
+
+
+class NoData(RuntimeError):
+    """A figure's data cannot be had; the text says why in one line."""
+
+
+@dataclasses.dataclass
+class Scans:
+    """Clouds and what they are worth.
+
+    first, several: evaluations after the first scan and after all; cloud (N, 3) [m] and its colours (N, 3) of the
+    first scan, map frame; bounds (2, 3) [m]; made_by: how the data were made, one line.
+    """
+
+    first: Evaluation
+    several: Evaluation
+    cloud: np.ndarray
+    cloud_colors: np.ndarray
+    bounds: np.ndarray
+    made_by: str
+
+    def volume(self) -> ExplorationVolume:
+        """The bounds as a message."""
+        low, high = self.bounds.astype(float)
+        return ExplorationVolume(header=FRAME, bounds=Box(Point(*low), Point(*high)))
+
+
+def simulated(world: str, robot: str, resolution: float, seed: int = 1) -> Scans:
+    """Scans of a simulated world by the robot's own camera, from its start pose and with the waist turned.
+
+    Raises NoData when the simulator or the map cannot be imported or made.
+    """
+    try:
+        from hubo_sim.config import SimConfig
+        from hubo_sim.robot_source import load_robot_spec
+        from hubo_sim.simulator import Simulator
+        from hubo_sim.worlds import load_world
+    except ImportError as error:
+        raise NoData(f"the simulator is not there ({error})") from error
+    place = load_world(world)
+    simulator = Simulator(load_robot_spec(robot), place, SimConfig(seed=seed))
+    try:
+        shots = [_shot(simulator, number, np.radians(turn)) for number, turn in enumerate(WAIST_DEG)]
+    finally:
+        simulator.close()
+    bounds = np.array([place.bounds.min_m, place.bounds.max_m])
+    made_by = f"hubo_sim world {world}, robot {robot}, seed {seed}, voxels of {100 * resolution:g} cm"
+    clouds = [(points, T) for points, T, _ in shots]
+    return _evaluated(clouds, shots[0][2], bounds, resolution, made_by)
+
+
+def recorded(path: Path, resolution: float) -> Scans:
+    """A recorded cloud (.pcd, .npy or .npz with `points` (N, 3) and optionally `pose` (4, 4)) as the only scan.
+
+    Raises NoData for a file that cannot be read or holds no finite point.
+    """
+    from fv_viz.figures.pcd import read_points
+
+    try:
+        points, T = read_points(path)
+    except (OSError, ValueError, KeyError) as error:
+        raise NoData(f"{path}: {error}") from error
+    seen = points[np.isfinite(points).all(axis=1)]
+    seen = seen[(np.linalg.norm(seen, axis=1) < 2.0 * RANGE_M)]
+    if not len(seen):
+        raise NoData(f"{path}: no finite point within {2.0 * RANGE_M:g} m")
+    placed = seen @ T[:3, :3].T + T[:3, 3]
+    bounds = np.array([np.minimum(placed.min(axis=0), T[:3, 3]) - 0.1, placed.max(axis=0) + 0.1])
+    return _evaluated(
+        [(seen, T)], None, bounds, resolution, f"recorded cloud {path.name}, voxels of {resolution} m"
+    )
+
+
+def _shot(simulator, number: int, turn: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Points (N, 3) in the optical frame, T_world_optical and colours (N, 3) of one scan."""
+    positions = simulator.spec.start_positions("")
+    if "WST" in positions or "WST" in simulator.robot.joint_names:
+        positions = {**positions, "WST": positions.get("WST", 0.0) + turn}
+    simulator.robot.set_positions(positions)
+    camera = next(iter(simulator.cameras.values()))
+    scan = camera.scan(simulator.scene, number)
+    points = camera.points(scan.depth).reshape(-1, 3)
+    return points, camera.pose(), scan.rgb.reshape(-1, 3) / 255.0
+
+
+def _evaluated(clouds, colors, bounds: np.ndarray, resolution: float, made_by: str) -> Scans:
+    try:
+        from fv_exploration import _core
+    except ImportError as error:
+        raise NoData(f"the map is not there ({error})") from error
+    grid = _core.OccupancyMap(
+        _core.MapConfig(resolution_m=resolution, bounds_min=bounds[0].tolist(), bounds_max=bounds[1].tolist())
+    )
+    evaluator = _core.Evaluator(grid)
+    limits = _core.ScanConfig(0.3, 2.0 * RANGE_M, 0.0)
+    messages = []
+    for points, T in clouds:
+        grid.insert_scan(points, T, limits)
+        messages.append(_message(grid, evaluator))
+    points, T = clouds[0]
+    finite = np.isfinite(points).all(axis=1)
+    tones = np.full((len(points), 3), 0.3) if colors is None else colors
+    placed = points[finite] @ T[:3, :3].T + T[:3, 3]
+    return Scans(messages[0], messages[-1], placed, tones[finite], bounds, made_by)
+
+
+def _message(grid, evaluator) -> Evaluation:
+    from fv_exploration import conversions
+
+    found = evaluator.update()
+    msg = conversions.evaluation_msg(grid, found, evaluator.utility(RANGE_M), FRAME)
+    msg.initial_ellipsoids = [conversions.ellipsoid_msg(one) for one in evaluator.initial_ellipsoids()]
+    return msg
+
+
+@dataclasses.dataclass
+class Spheres:
+    """A capability map: centers (S, 3) [m] in base_frame, valid (S, N), directions (N, 3), radius [m]."""
+
+    centers: np.ndarray
+    valid: np.ndarray
+    directions: np.ndarray
+    radius: float
+    base_frame: str
+    shoulder: np.ndarray
+    made_by: str
+
+
+def capability(path: Path) -> Spheres:
+    """Read a capability map; raises NoData when there is none."""
+    try:
+        from capability_map import CapabilityMap
+    except ImportError as error:
+        raise NoData(f"the capability map's package is not there ({error})") from error
+    if not path.is_file():
+        raise NoData(f"no capability map {path}; rosrun capability_map build makes it")
+    loaded = CapabilityMap.load(path)
+    data = loaded.data
+    made_by = f"rosrun capability_map build --robot {data.robot} --group {data.group} (spheres of {data.radius_m:g} m)"
+    centers = np.asarray(loaded.centres)
+    return Spheres(
+        centers,
+        loaded.valid,
+        loaded.directions,
+        loaded.radius,
+        loaded.base_frame,
+        data.reach_center_m,
+        made_by,
+    )
+
+
+def default_capability_path(robot: str, group: str) -> Path:
+    """Where the capability map of a robot's arm lies; raises NoData without the package."""
+    try:
+        from capability_map import default_map_path
+    except ImportError as error:
+        raise NoData(f"the capability map's package is not there ({error})") from error
+    return Path(default_map_path(robot, group))
+
+
+def start_positions(robot: str, pose: str = "") -> dict[str, float]:
+    """Joint positions of a robot's start pose (or a named one); raises NoData without its description."""
+    try:
+        from hubo_description import load_robot
+    except ImportError as error:
+        raise NoData(f"the robot's description is not there ({error})") from error
+    loaded = load_robot(robot)
+    wanted = pose or loaded.config.exploration.start_pose
+    for states in loaded.group_states.values():
+        if wanted in states:
+            return dict(states[wanted])
+    raise NoData(f"robot {robot} has no pose {wanted!r}")
