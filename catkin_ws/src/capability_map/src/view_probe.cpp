@@ -55,10 +55,15 @@ ViewProbe::ViewProbe(const fv_robot_model::RobotModel& model, const std::string&
   ik_options.sweep_step_rad = options.arm_angle_step_rad;
   ik_options.direction_tolerance_rad = options.direction_tolerance_rad;
   const ik::SerialChain chain = ik::chainOfGroup(model, group);
-  solver_ = ik::makeIkSolver(chain, ik_options);
   roll_by_last_joint_ = rollsAboutTipZ(chain);
-  if (roll_by_last_joint_) {
-    roll_solver_ = ik::makeIkSolver(chain.withLimits(chain.dof() - 1, -M_PI, M_PI), ik_options);
+  const ik::SerialChain free_roll =
+      roll_by_last_joint_ ? chain.withLimits(chain.dof() - 1, -M_PI, M_PI) : chain;
+  solver_ = ik::makeIkSolver(chain, ik_options);
+  if (roll_by_last_joint_ && chain.dof() > 6 && !solver_->exact()) holdLastJoint(chain, ik_options);
+  roll_solver_ = ik::makeIkSolver(free_roll, ik_options);
+  if (solver_->exact() && chain.dof() > 6) {
+    ik_options.sweep_step_rad = 2.0 * M_PI;
+    one_per_interval_ = ik::makeIkSolver(free_roll, ik_options);
   }
   if (options.self_collision) {
     collision_ = std::make_unique<fv_robot_model::SelfCollision>(
@@ -72,6 +77,13 @@ ViewProbe::ViewProbe(const fv_robot_model::RobotModel& model, const std::string&
     q_all_[i] = std::clamp(0.0, limits.lower, limits.upper);
   }
   model.forward(q_all_, link_poses_);
+}
+
+void ViewProbe::holdLastJoint(const ik::SerialChain& chain, const ik::IkOptions& ik_options) {
+  const ik::ChainJoint& last = chain.joints().back();
+  held_value_ = std::clamp(0.0, last.lower, last.upper);
+  held_solver_ = ik::makeIkSolver(chain.withFixedJoint(chain.dof() - 1, held_value_), ik_options);
+  if (!held_solver_->exact()) held_solver_.reset();
 }
 
 bool ViewProbe::isFree(const double* q) {
@@ -112,10 +124,32 @@ bool ViewProbe::freeAtSomeRoll(double* q) {
 }
 
 double ViewProbe::decideFreeRoll(const Eigen::Isometry3d& T, double* q_witness) {
+  if (one_per_interval_) {
+    const double manipulability = solveWith(*one_per_interval_, T, q_witness);
+    // No solution at all is final; solutions that all collide may have free ones between them.
+    if (manipulability >= 0.0 || solutions_.empty()) return manipulability;
+  }
+  return solveWith(*roll_solver_, T, q_witness);
+}
+
+double ViewProbe::solveWith(const ik::IkSolver& solver, const Eigen::Isometry3d& T, double* q_witness) {
   solutions_.reset(dof());
   ++counts_.ik_calls;
-  roll_solver_->solvePose(T, nullptr, solutions_);
-  return bestFree(true, q_witness);
+  solver.solvePose(T, nullptr, solutions_);
+  return bestFree(roll_by_last_joint_, q_witness);
+}
+
+double ViewProbe::solveHeld(const Eigen::Isometry3d& T, double* q_witness) {
+  held_solutions_.reset(dof() - 1);
+  ++counts_.ik_calls;
+  held_solver_->solvePose(T, nullptr, held_solutions_);
+  solutions_.reset(dof());
+  solutions_.resize(held_solutions_.size());
+  for (int i = 0; i < held_solutions_.size(); ++i) {
+    std::copy_n(held_solutions_.row(i), dof() - 1, solutions_.row(i));
+    solutions_.row(i)[dof() - 1] = held_value_;
+  }
+  return bestFree(false, q_witness);
 }
 
 double ViewProbe::decide(const Eigen::Vector3d& position, const Eigen::Vector3d& direction,
@@ -123,11 +157,11 @@ double ViewProbe::decide(const Eigen::Vector3d& position, const Eigen::Vector3d&
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() = position;
   T.linear() = frameLookingAlong(direction);
-  if (roll_by_last_joint_) return decideFreeRoll(T, q_witness);
+  if (roll_by_last_joint_ && !held_solver_) return decideFreeRoll(T, q_witness);
   const Eigen::Matrix3d R = T.linear();
   for (const double roll : rolls_) {
     T.linear() = R * Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    const double manipulability = decidePose(T, q_witness);
+    const double manipulability = held_solver_ ? solveHeld(T, q_witness) : decideFreeRoll(T, q_witness);
     if (manipulability >= 0.0) return manipulability;
   }
   return -1.0;

@@ -55,6 +55,10 @@ class ViewProbe {
 
  private:
   double decideFreeRoll(const Eigen::Isometry3d& T, double* q_witness);
+  void holdLastJoint(const fv_robot_model::ik::SerialChain& chain,
+                     const fv_robot_model::ik::IkOptions& options);
+  double solveHeld(const Eigen::Isometry3d& T, double* q_witness);
+  double solveWith(const fv_robot_model::ik::IkSolver& solver, const Eigen::Isometry3d& T, double* q_witness);
   double bestFree(bool any_roll, double* q_witness);
   bool isFree(const double* q);
   bool freeAtSomeRoll(double* q);
@@ -63,8 +67,15 @@ class ViewProbe {
   const fv_robot_model::Group& group_;
   ProbeOptions options_;
   std::unique_ptr<fv_robot_model::ik::IkSolver> solver_;  ///< With the real limits.
-  std::unique_ptr<fv_robot_model::ik::IkSolver>
-      roll_solver_;  ///< Last joint unbounded; only when it rolls about z.
+  /// Last joint unbounded where it rolls about z: decides all rolls at once.
+  std::unique_ptr<fv_robot_model::ik::IkSolver> roll_solver_;
+  /// Exact redundant arms: one solution per feasible interval first, it decides reachability and is cheap.
+  std::unique_ptr<fv_robot_model::ik::IkSolver> one_per_interval_;
+  /// Redundant arms without an exact solver whose last joint rolls about z: that joint held, rolls tried
+  /// instead.
+  std::unique_ptr<fv_robot_model::ik::IkSolver> held_solver_;
+  double held_value_{0.0};
+  fv_robot_model::ik::IkSolutions held_solutions_;
   std::unique_ptr<fv_robot_model::SelfCollision> collision_;
   bool roll_by_last_joint_{false};
   std::vector<double> rolls_;  ///< Coarse to fine [rad].

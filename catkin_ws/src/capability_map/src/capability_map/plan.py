@@ -15,6 +15,9 @@ from capability_map.parameters import BuildParameters
 from capability_map.robots import Arm
 
 
+METHOD_VERSION = 1  # grows when equal parameters lead to another map
+
+
 @dataclasses.dataclass(frozen=True)
 class BuildPlan:
     """Grid, directions and cells of a build, with the settings that every worker needs. Pickles."""
@@ -23,6 +26,7 @@ class BuildPlan:
     parameters: BuildParameters
     base_frame: str
     tip_frame: str
+    disabled_pairs: tuple[tuple[str, str], ...]  # of the SRDF, sorted
     joint_names: tuple[str, ...]
     joint_limits: np.ndarray  # (J, 2)
     reach_center_m: np.ndarray  # (3,)
@@ -59,15 +63,15 @@ class BuildPlan:
     @property
     def key(self) -> str:
         """Hash of everything that decides the map's content: equal keys, equal maps."""
-        text = json.dumps(
-            [
-                self.arm.urdf_sha256,
-                hashlib.sha256(self.arm.srdf_xml.encode()).hexdigest(),
-                self.arm.group,
-                dataclasses.asdict(self.parameters),
-            ],
-            sort_keys=True,
-        )
+        content = [
+            METHOD_VERSION,
+            self.arm.urdf_sha256,
+            self.base_frame,
+            self.tip_frame,
+            [list(pair) for pair in self.disabled_pairs],
+            dataclasses.asdict(self.parameters),
+        ]
+        text = json.dumps(content, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -79,7 +83,8 @@ def plan_build(arm: Arm, parameters: BuildParameters) -> BuildPlan:
     from fv_robot_model.ik import SerialChain
 
     try:
-        chain = SerialChain.of_group(arm.model(), arm.group)
+        model = arm.model()
+        chain = SerialChain.of_group(model, arm.group)
     except ValueError as err:
         raise CapabilityMapError(f"group {arm.group}: {err}") from err
     center, length = chain.reach_bound()
@@ -95,6 +100,7 @@ def plan_build(arm: Arm, parameters: BuildParameters) -> BuildPlan:
         parameters=parameters,
         base_frame=chain.base_frame,
         tip_frame=chain.tip_frame,
+        disabled_pairs=tuple(sorted(tuple(pair) for pair in model.disabled_pairs)),
         joint_names=tuple(chain.joint_names),
         joint_limits=chain.limits,
         reach_center_m=center,

@@ -130,7 +130,7 @@ IkBatch IkSolver::solve(const std::vector<Eigen::Isometry3d>& poses, const Eigen
 }
 
 std::unique_ptr<IkSolver> makeIkSolver(const SerialChain& chain, const IkOptions& options) {
-  for (const auto make : {makeSpherical6R, makeJointSweep}) {
+  for (const auto make : {makeSpherical6R, makeShoulderElbowWrist7R, makeParallel5R, makeJointSweep}) {
     if (auto solver = make(chain, options)) return solver;
   }
   return makeNumericalIkSolver(chain, options);

@@ -30,25 +30,37 @@ class JointSweep : public IkSolver {
     std::vector<double> values;  // of the held joints, in the order of held_
     std::unique_ptr<IkSolver> rest;
   };
+  struct Samples {
+    std::vector<Held> steps;    // always tried
+    std::vector<Held> between;  // tried when the steps find nothing
+  };
 
-  JointSweep(const SerialChain& chain, const IkOptions& options, std::vector<int> held,
-             std::vector<Held> samples)
+  JointSweep(const SerialChain& chain, const IkOptions& options, std::vector<int> held, Samples samples)
       : IkSolver(chain, options), held_(std::move(held)), samples_(std::move(samples)) {}
 
   bool exact() const override { return false; }
-  std::string family() const override { return "sweep+" + samples_.front().rest->family(); }
+  std::string family() const override { return "sweep+" + samples_.steps.front().rest->family(); }
   std::string name() const override {
     std::ostringstream text;
-    text << family() << ": " << samples_.size() << " values of";
+    text << family() << ": " << samples_.steps.size() << " values of";
     for (const int joint : held_) text << ' ' << chain_.joint(joint).name;
-    text << ", because with it held the rest is a " << samples_.front().rest->name();
+    text << ", because with it held the rest is a " << samples_.steps.front().rest->name();
     return text.str();
   }
 
   void solvePose(const Eigen::Isometry3d& T_base_tip, const double* seed, IkSolutions& out) const override {
+    const int first = out.size();
+    solveSamples(samples_.steps, T_base_tip, out);
+    if (out.size() == first) solveSamples(samples_.between, T_base_tip, out);
+    if (seed != nullptr) solveAtSeed(T_base_tip, seed, out);
+  }
+
+ private:
+  void solveSamples(const std::vector<Held>& samples, const Eigen::Isometry3d& T_base_tip,
+                    IkSolutions& out) const {
     IkSolutions rest;
     std::vector<double> q(static_cast<size_t>(chain_.dof()));
-    for (const Held& sample : samples_) {
+    for (const Held& sample : samples) {
       rest.reset(sample.rest->chain().dof());
       sample.rest->solvePose(T_base_tip, nullptr, rest);
       for (int i = 0; i < rest.size(); ++i) {
@@ -56,10 +68,8 @@ class JointSweep : public IkSolver {
         out.push(q.data());
       }
     }
-    if (seed != nullptr) solveAtSeed(T_base_tip, seed, out);
   }
 
- private:
   void merge(const std::vector<double>& values, const double* rest, std::vector<double>& q) const {
     size_t held = 0;
     for (int joint = 0; joint < chain_.dof(); ++joint) {
@@ -88,17 +98,17 @@ class JointSweep : public IkSolver {
   }
 
   std::vector<int> held_;
-  std::vector<Held> samples_;
+  Samples samples_;
 };
 
 /// One solver per combination of held values; empty when any of them has no closed form.
 std::vector<JointSweep::Held> heldSolvers(const SerialChain& chain, const IkOptions& options,
-                                          const std::vector<int>& held) {
+                                          const std::vector<int>& held, double step) {
   std::vector<std::vector<double>> grid{{}};
   for (const int joint : held) {
     std::vector<std::vector<double>> finer;
     for (const auto& values : grid) {
-      for (const double value : samplesOf(chain.joint(joint), options.sweep_step_rad)) {
+      for (const double value : samplesOf(chain.joint(joint), step)) {
         finer.push_back(values);
         finer.back().push_back(value);
       }
@@ -128,8 +138,11 @@ std::vector<std::vector<int>> heldCandidates(int dof) {
 std::unique_ptr<IkSolver> makeJointSweep(const SerialChain& chain, const IkOptions& options) {
   if (!allRevolute(chain)) return nullptr;
   for (const std::vector<int>& held : heldCandidates(chain.dof())) {
-    auto solvers = heldSolvers(chain, options, held);
-    if (!solvers.empty()) return std::make_unique<JointSweep>(chain, options, held, std::move(solvers));
+    JointSweep::Samples samples;
+    samples.steps = heldSolvers(chain, options, held, options.sweep_step_rad);
+    if (samples.steps.empty()) continue;
+    if (held.size() == 1) samples.between = heldSolvers(chain, options, held, 0.25 * options.sweep_step_rad);
+    return std::make_unique<JointSweep>(chain, options, held, std::move(samples));
   }
   return nullptr;
 }
