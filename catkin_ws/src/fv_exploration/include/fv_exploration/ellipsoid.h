@@ -8,13 +8,14 @@ namespace fv {
 /// How voxels become an ellipsoid.
 struct EllipsoidModel {
   double resolution_m = 0.05;
-  /// Thesis formulas 3.1 and 3.2 to the letter: no extent of the voxels, the eigenvalues themselves as semi-axes.
-  /// Otherwise R^2/12 is added along each axis and semi-axes are sqrt(5 lambda): a solid ellipsoid has S = 1.
+  /// Thesis formulas 3.1 and 3.2 to the letter: no extent of the voxels, the eigenvalues themselves as
+  /// semi-axes. Otherwise R^2/12 is added along each axis and semi-axes are sqrt(5 lambda): a solid ellipsoid
+  /// has S = 1.
   bool literal = false;
 };
 
-/// Count, sums and products of sums of voxels: all that thesis formulas 3.3-3.5 need, and exact, so that merging in
-/// any order gives the same bits.
+/// Count, sums and products of sums of voxels: all that thesis formulas 3.3-3.5 need, and exact, so that
+/// merging in any order gives the same bits.
 struct Moments {
   int64_t n = 0;
   int64_t sum[3] = {0, 0, 0};
@@ -34,7 +35,8 @@ struct Moments {
 /// Volume of the ellipsoid of these voxels [m^3; of the literal formula: m^6 as the thesis has it].
 double ellipsoidVolume(const Moments& moments, const EllipsoidModel& model);
 
-/// S, formula 3.2: volume of the voxels over volume of their ellipsoid; infinite when that is 0 (literal, flat).
+/// S, formula 3.2: volume of the voxels over volume of their ellipsoid; infinite when that is 0 (literal,
+/// flat).
 double ellipsoidFit(const Moments& moments, const EllipsoidModel& model);
 
 struct Ellipsoid {

@@ -13,12 +13,13 @@ namespace fv {
 
 /// How a map is evaluated.
 struct EvaluationConfig {
-  double min_fit = 0.5;           ///< S (formula 3.2) that a merger of void ellipsoids needs, (0, 1]
-  uint64_t seed = 0;              ///< of the random seed voxels
-  double seed_share = 1.0 / 27;   ///< share of void voxels tried as first seeds, [0, 1]
-  bool literal_formula = false;   ///< thesis formulas 3.1, 3.2 to the letter, see EllipsoidModel
-  /// Merge within tiles of 16 voxels first, then within groups of 4x4x4 tiles, then all: what did not change need not be
-  /// done again. Without it nearest pairs merge first everywhere, as in the thesis, anew in each update.
+  double min_fit = 0.5;          ///< S (formula 3.2) that a merger of void ellipsoids needs, (0, 1]
+  uint64_t seed = 0;             ///< of the random seed voxels
+  double seed_share = 1.0 / 27;  ///< share of void voxels tried as first seeds, [0, 1]
+  bool literal_formula = false;  ///< thesis formulas 3.1, 3.2 to the letter, see EllipsoidModel
+  /// Merge within tiles of 16 voxels first, then within groups of 4x4x4 tiles, then all: what did not change
+  /// need not be done again. Without it nearest pairs merge first everywhere, as in the thesis, anew in each
+  /// update.
   bool tiled = true;
   int threads = 0;  ///< 0: all cores
   /// @throws InputError.
@@ -34,8 +35,8 @@ struct FrontierVoid {
 /// What an update found. Voxels are asked of the evaluator.
 struct Evaluation {
   uint64_t map_sequence = 0;
-  int64_t update = 0;  ///< number of the update
-  std::vector<Ellipsoid> ellipsoids;  ///< largest count first
+  int64_t update = 0;                        ///< number of the update
+  std::vector<Ellipsoid> ellipsoids;         ///< largest count first
   std::vector<FrontierVoid> frontier_voids;  ///< ellipsoids that neighbour a frontier, ascending
   int clusters = 0;                          ///< number of frontier clusters
   std::map<std::string, int64_t> counts;     ///< frontier, void, tiles_dirty, ...
@@ -44,9 +45,10 @@ struct Evaluation {
 
 /// Frontiers, voids, their clusters and their neighbourhoods, kept up to date with a map.
 ///
-/// Frontier voxel: free, with an unknown 26-neighbour within the bounds (what lies beyond them is not wanted). Void voxel:
-/// unknown, centre inside or on the convex hull of the centres of the occupied voxels. Fewer than four occupied voxels, or
-/// all in a plane: no voids. After any sequence of changes the result is that of a new evaluator, bit by bit.
+/// Frontier voxel: free, with an unknown 26-neighbour within the bounds (what lies beyond them is not
+/// wanted). Void voxel: unknown, centre inside or on the convex hull of the centres of the occupied voxels.
+/// Fewer than four occupied voxels, or all in a plane: no voids. After any sequence of changes the result is
+/// that of a new evaluator, bit by bit.
 class Evaluator {
  public:
   /// The map must outlive the evaluator. @throws InputError.
@@ -66,7 +68,8 @@ class Evaluator {
   void frontier(std::vector<Voxel>& voxels, std::vector<int>& clusters) const;
   /// Void voxels (M) tile by tile and the ellipsoid of each.
   void voids(std::vector<Voxel>& voxels, std::vector<int>& ellipsoids) const;
-  /// The ellipsoids that merging starts from, and the void voxel centres they stand for; computed anew at each call.
+  /// The ellipsoids that merging starts from, and the void voxel centres they stand for; computed anew at
+  /// each call.
   std::vector<Ellipsoid> initialEllipsoids() const;
 
   /// Class in the low two bits, kFrontierFlag, kVoidFlag; by index of the frame.

@@ -5,7 +5,8 @@
 
 namespace fv {
 
-/// A voxel by its integer coordinates: its centre is (voxel + 0.5) * resolution [m], map frame. OctoMap's key - 32768.
+/// A voxel by its integer coordinates: its centre is (voxel + 0.5) * resolution [m], map frame. OctoMap's key
+/// - 32768.
 using Voxel = Eigen::Vector3i;
 /// (N, 3) points [m].
 using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;

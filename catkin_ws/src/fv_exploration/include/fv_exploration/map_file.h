@@ -12,9 +12,6 @@ namespace fv {
 /// @throws MapFileError naming the file and what is wrong.
 double checkOtFile(const std::string& path, const std::string& id, std::size_t payload_bytes);
 
-/// The same for a .bt file of an OcTree.
-double checkBtFile(const std::string& path);
-
 /// Read a .bt or .ot (by its ending) file of an OcTree after checking it. @throws MapFileError.
 std::unique_ptr<octomap::OcTree> readOcTree(const std::string& path);
 

@@ -15,8 +15,8 @@ namespace fv {
 /// What an OccupancyMap is made with. Probabilities as OctoMap's.
 struct MapConfig {
   double resolution_m = 0.05;  ///< edge of a voxel [m], 0.001 to 10
-  /// Corners of the exploration volume [m], map frame: voxels whose centre lies in it are mapped, no others. Both or
-  /// neither; without them the map grows as needed.
+  /// Corners of the exploration volume [m], map frame: voxels whose centre lies in it are mapped, no others.
+  /// Both or neither; without them the map grows as needed.
   std::optional<std::array<double, 3>> bounds_min;
   std::optional<std::array<double, 3>> bounds_max;
   double prob_hit = 0.7;             ///< [0.5, 1)
@@ -25,7 +25,7 @@ struct MapConfig {
   double clamp_max = 0.97;           ///< (0, 1)
   double occupancy_threshold = 0.5;  ///< occupied from here on, [clamp_min, clamp_max]
   int threads = 0;                   ///< 0: all cores
-  double dense_limit_mb = 512;       ///< largest grid that a scan's rays are marked in; above it blocks are used
+  double dense_limit_mb = 512;  ///< largest grid that a scan's rays are marked in; above it blocks are used
 
   /// @throws InputError naming the value and its valid range.
   void validate() const;
@@ -57,7 +57,8 @@ class OccupancyMap {
   OccupancyMap(const OccupancyMap& other);
 
   /// Read a .bt or .ot file of an OcTree.
-  /// @param config what to do with later scans. Its resolution must be the file's; bounds cut the file's voxels.
+  /// @param config what to do with later scans. Its resolution must be the file's; bounds cut the file's
+  /// voxels.
   /// @throws MapFileError, InputError.
   static std::unique_ptr<OccupancyMap> read(const std::string& path, const MapConfig* config);
 
@@ -65,24 +66,29 @@ class OccupancyMap {
   /// discretize = false) gives for the cloud in the map frame, cut to the bounds.
   /// @param points_sensor (N, 3) [m], sensor frame; rows that are not finite had no return.
   /// @param T_map_sensor  rigid (4, 4), takes sensor-frame points to the map frame.
-  /// @param directions_sensor (N, 3) where each row looks, of any length; (0, 3) when unknown. Needed for rays without
+  /// @param directions_sensor (N, 3) where each row looks, of any length; (0, 3) when unknown. Needed for
+  /// rays without
   ///        return to clear anything.
-  /// @throws InputError for shapes that do not match or a transform that is not rigid; the map is unchanged then.
+  /// @throws InputError for shapes that do not match or a transform that is not rigid; the map is unchanged
+  /// then.
   InsertResult insertScan(const Eigen::Ref<const Points>& points_sensor, const Eigen::Matrix4d& T_map_sensor,
                           const ScanConfig& scan, const Eigen::Ref<const Points>& directions_sensor);
 
   /// Insert rays that are already in the map frame; `max_range_m` as OctoMap's maxrange, negative for none.
   InsertResult insertRays(ScanRays rays, double max_range_m);
 
-  /// Set the voxels of these points (N, 3) [m] free, as certainly as clamping allows; others than finite points inside
-  /// the bounds are passed over. Space that somebody vouches for.
+  /// Set the voxels of these points (N, 3) [m] free, as certainly as clamping allows; others than finite
+  /// points inside the bounds are passed over. Space that somebody vouches for.
   InsertResult markFree(const Eigen::Ref<const Points>& points);
 
   /// (N,) -1 unknown, 0 free, 1 occupied. Points outside the bounds or not finite are unknown.
   std::vector<int8_t> classify(const Eigen::Ref<const Points>& points) const;
 
-  Class classOf(const Voxel& v) const { return frame_.contains(v) ? Class(classes_[frame_.index(v)]) : absent(); }
-  /// Centres (N, 3) [m] of all voxels of a class at leaf resolution, ascending with z, y, x. kUnknown needs bounds.
+  Class classOf(const Voxel& v) const {
+    return frame_.contains(v) ? Class(classes_[frame_.index(v)]) : absent();
+  }
+  /// Centres (N, 3) [m] of all voxels of a class at leaf resolution, ascending with z, y, x. kUnknown needs
+  /// bounds.
   PointsF voxels(Class which) const;
   /// Voxels of the class; kUnknown: those within the bounds, 0 without bounds.
   int64_t count(Class which) const;
@@ -91,7 +97,8 @@ class OccupancyMap {
   /// Volume of the bounds' voxels [m^3]. @throws InputError without bounds.
   double volume() const;
 
-  /// OcTree::writeBinaryData of a copy at maximum likelihood, pruned: payload of a binary octomap_msgs/Octomap.
+  /// OcTree::writeBinaryData of a copy at maximum likelihood, pruned: payload of a binary
+  /// octomap_msgs/Octomap.
   std::string binaryData() const;
   /// OcTree::writeData: payload of a full octomap_msgs/Octomap.
   std::string fullData() const;

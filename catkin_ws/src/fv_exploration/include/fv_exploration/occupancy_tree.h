@@ -27,13 +27,15 @@ struct Change {
   Class after;
 };
 
-/// octomap::OcTree with updates of many voxels at a time; always as pruned as updateNode with lazy_eval = false.
+/// octomap::OcTree with updates of many voxels at a time; always as pruned as updateNode with lazy_eval =
+/// false.
 class OccupancyTree : public octomap::OcTree {
  public:
   explicit OccupancyTree(double resolution_m);
   OccupancyTree(const OccupancyTree& other) = default;
 
-  /// Update every marked voxel once by a hit or a miss, as OcTree::updateNode(key, hit, false) for each would do.
+  /// Update every marked voxel once by a hit or a miss, as OcTree::updateNode(key, hit, false) for each would
+  /// do.
   /// @param blocks each block at most once.
   /// @return voxels whose class changed, in the order of the blocks; the same for any number of threads.
   std::vector<Change> apply(std::vector<MarkBlock>& blocks, int threads);

@@ -30,9 +30,10 @@ struct MarkCounts {
   int64_t occupied = 0;
 };
 
-/// The voxels that a scan passes or hits: the two key sets of OccupancyOcTreeBase::computeUpdate (no bounding box), a
-/// voxel that is both being hit. The walk is that of OcTreeBaseImpl::computeRayKeys (Amanatides and Woo 1987), with the
-/// same roundings, into a dense grid around the scan, or into blocks where such a grid would be too large.
+/// The voxels that a scan passes or hits: the two key sets of OccupancyOcTreeBase::computeUpdate (no bounding
+/// box), a voxel that is both being hit. The walk is that of OcTreeBaseImpl::computeRayKeys (Amanatides and
+/// Woo 1987), with the same roundings, into a dense grid around the scan, or into blocks where such a grid
+/// would be too large.
 /// @param dense_limit largest dense grid [bytes].
 /// @return blocks with at least one mark inside `keep`, each once, in a fixed order.
 std::vector<MarkBlock> markScan(const ScanRays& rays, double resolution_m, const VoxelBox& keep, int threads,

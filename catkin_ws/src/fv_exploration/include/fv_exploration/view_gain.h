@@ -26,8 +26,8 @@ struct ViewGains {
   std::vector<double> occupied_share;     ///< share of the rays that end at an occupied voxel, 0 to 1
 };
 
-/// Cast each view's rays through the evaluated map: unknown voxels are seen through, occupied ones end a ray, and each voxel
-/// counts once a view. Without bounds unknown space ends where the grid does.
+/// Cast each view's rays through the evaluated map: unknown voxels are seen through, occupied ones end a ray,
+/// and each voxel counts once a view. Without bounds unknown space ends where the grid does.
 /// @param T_map_cameras (4, 4) each, rigid.
 /// @throws InputError naming the view.
 ViewGains viewGains(const Evaluator& evaluator, const std::vector<Eigen::Matrix4d>& T_map_cameras,

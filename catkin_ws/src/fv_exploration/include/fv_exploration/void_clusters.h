@@ -26,12 +26,14 @@ struct VoidGraph {
   std::vector<std::pair<int, int>> edges;
 };
 
-/// Merge neighbours nearest first (by centroid; ties by id) as long as a merger has S >= min_fit; a heap of pairs.
+/// Merge neighbours nearest first (by centroid; ties by id) as long as a merger has S >= min_fit; a heap of
+/// pairs.
 /// @param[out] merged_into per node of `graph` its node in the result.
 /// @return the merged graph, nodes ascending by id.
 VoidGraph mergeNearestFirst(const VoidGraph& graph, const ClusterRule& rule, std::vector<int>& merged_into);
 
-/// Seed voxels in random order with their unattached neighbours, then all that are left likewise (thesis 3.1.1).
+/// Seed voxels in random order with their unattached neighbours, then all that are left likewise
+/// (thesis 3.1.1).
 /// @param voxels each once, ascending by voxelId.
 /// @param[out] labels per voxel its node.
 VoidGraph seedEllipsoids(const std::vector<Voxel>& voxels, const ClusterRule& rule, std::vector<int>& labels);

@@ -57,8 +57,8 @@ class PyEvaluation {
   py::tuple& fill(py::tuple& pair, Lister list) {
     if (pair.size() == 2) return pair;
     if (evaluator_->evaluation().update != result_.update)
-      throw InputError("evaluation is of update " + std::to_string(result_.update) + ", the evaluator is at " +
-                       std::to_string(evaluator_->evaluation().update) +
+      throw InputError("evaluation is of update " + std::to_string(result_.update) +
+                       ", the evaluator is at " + std::to_string(evaluator_->evaluation().update) +
                        "; valid: read its voxels before the next update");
     std::vector<Voxel> voxels;
     std::vector<int> labels;
@@ -79,14 +79,17 @@ void bindConfig(py::module_& m) {
   const EvaluationConfig d;
   py::class_<EvaluationConfig>(
       m, "EvaluationConfig",
-      "How a map is evaluated: min_fit (S that a merger of void ellipsoids needs, (0, 1]), seed, seed_share,\n"
-      "literal_formula (thesis 3.1, 3.2 to the letter), tiled (False: nearest pairs first everywhere, as in the thesis,\n"
+      "How a map is evaluated: min_fit (S that a merger of void ellipsoids needs, (0, 1]), seed, "
+      "seed_share,\n"
+      "literal_formula (thesis 3.1, 3.2 to the letter), tiled (False: nearest pairs first everywhere, as in "
+      "the thesis,\n"
       "anew in each update), threads (0: all cores). InputError for values out of range.")
-      .def(py::init([](double min_fit, uint64_t seed, double seed_share, bool literal, bool tiled, int threads) {
-             EvaluationConfig c{min_fit, seed, seed_share, literal, tiled, threads};
-             c.validate();
-             return c;
-           }),
+      .def(py::init(
+               [](double min_fit, uint64_t seed, double seed_share, bool literal, bool tiled, int threads) {
+                 EvaluationConfig c{min_fit, seed, seed_share, literal, tiled, threads};
+                 c.validate();
+                 return c;
+               }),
            py::kw_only(), py::arg("min_fit") = d.min_fit, py::arg("seed") = d.seed,
            py::arg("seed_share") = d.seed_share, py::arg("literal_formula") = d.literal_formula,
            py::arg("tiled") = d.tiled, py::arg("threads") = d.threads)
@@ -100,14 +103,16 @@ void bindConfig(py::module_& m) {
 
 std::vector<std::pair<int, py::array_t<int>>> frontierVoids(const PyEvaluation& e) {
   std::vector<std::pair<int, py::array_t<int>>> out;
-  for (const FrontierVoid& fv : e.result().frontier_voids) out.emplace_back(fv.ellipsoid, toArray(fv.clusters));
+  for (const FrontierVoid& fv : e.result().frontier_voids)
+    out.emplace_back(fv.ellipsoid, toArray(fv.clusters));
   return out;
 }
 
 void bindResult(py::module_& m) {
-  py::class_<PyEvaluation>(m, "Evaluation",
-                           "What an update found. Voxel arrays are made at first access, which must come before the next\n"
-                           "update (InputError after it).")
+  py::class_<PyEvaluation>(
+      m, "Evaluation",
+      "What an update found. Voxel arrays are made at first access, which must come before the next\n"
+      "update (InputError after it).")
       .def_property_readonly("frontier", &PyEvaluation::frontier, "(N, 3) float32 centres [m].")
       .def_property_readonly("frontier_cluster", &PyEvaluation::frontierCluster,
                              "(N,) int32 cluster of each frontier voxel, 0 to frontier_clusters - 1.")
@@ -116,14 +121,16 @@ void bindResult(py::module_& m) {
                              "(M,) int32 index into ellipsoids of each void voxel.")
       .def_property_readonly(
           "ellipsoids", [](const PyEvaluation& e) { return ellipsoidArray(e.result().ellipsoids); },
-          "Structured array (E,), largest count first: center (3,) [m], axes (3, 3) a rotation whose columns belong to\n"
+          "Structured array (E,), largest count first: center (3,) [m], axes (3, 3) a rotation whose columns "
+          "belong to\n"
           "semi_axes (3,) [m], largest first; count voxels; fit S; volume [m^3].")
       .def_property_readonly("frontier_voids", &frontierVoids,
                              "List of (ellipsoid index, frontier clusters that neighbour it).")
       .def_property_readonly("frontier_clusters", [](const PyEvaluation& e) { return e.result().clusters; })
       .def_property_readonly("map_sequence", [](const PyEvaluation& e) { return e.result().map_sequence; })
       .def_property_readonly("counts", [](const PyEvaluation& e) { return e.result().counts; })
-      .def_property_readonly("timings", [](const PyEvaluation& e) { return e.result().timings; }, "Seconds.");
+      .def_property_readonly(
+          "timings", [](const PyEvaluation& e) { return e.result().timings; }, "Seconds.");
 }
 
 py::tuple hullOf(const Evaluator& e) {
@@ -139,10 +146,11 @@ py::tuple hullOf(const Evaluator& e) {
 void bindEvaluation(py::module_& m) {
   bindConfig(m);
   bindResult(m);
-  py::class_<Evaluator>(m, "Evaluator",
-                        "Frontiers, voids, their clusters and neighbourhoods of a map, updated where it changed.\n\n"
-                        "Frontier: free with an unknown 26-neighbour within the bounds. Void: unknown, inside the convex hull\n"
-                        "of the occupied voxels' centres. Fewer than 4 of these, or all in a plane: no voids.")
+  py::class_<Evaluator>(
+      m, "Evaluator",
+      "Frontiers, voids, their clusters and neighbourhoods of a map, updated where it changed.\n\n"
+      "Frontier: free with an unknown 26-neighbour within the bounds. Void: unknown, inside the convex hull\n"
+      "of the occupied voxels' centres. Fewer than 4 of these, or all in a plane: no voids.")
       .def(py::init<const OccupancyMap&, const EvaluationConfig&>(), py::arg("map"),
            py::arg("config") = EvaluationConfig{}, py::keep_alive<1, 2>())
       .def(

@@ -36,7 +36,8 @@ void bindGain(py::module_& m) {
       .def_property_readonly("void_volume_m3", [](const ViewGains& g) { return toArray(g.void_volume_m3); })
       .def_property_readonly("unknown_volume_m3",
                              [](const ViewGains& g) { return toArray(g.unknown_volume_m3); })
-      .def_property_readonly("frontier_area_m2", [](const ViewGains& g) { return toArray(g.frontier_area_m2); })
+      .def_property_readonly("frontier_area_m2",
+                             [](const ViewGains& g) { return toArray(g.frontier_area_m2); })
       .def_property_readonly("occupied_share", [](const ViewGains& g) { return toArray(g.occupied_share); });
   m.def(
       "view_gain",
@@ -45,14 +46,17 @@ void bindGain(py::module_& m) {
          const PinholeCamera& camera, int stride, int threads) {
         if (&evaluator.map() != &map)
           throw InputError("evaluator is of another map; valid: the evaluator of this map");
-        const std::vector<Eigen::Matrix4d> list = poses.size() ? toMatrices(poses) : std::vector<Eigen::Matrix4d>{};
+        const std::vector<Eigen::Matrix4d> list =
+            poses.size() ? toMatrices(poses) : std::vector<Eigen::Matrix4d>{};
         const py::gil_scoped_release released;
         return viewGains(evaluator, list, camera, stride, threads);
       },
-      py::arg("map"), py::arg("evaluator"), py::arg("T_map_cameras"), py::arg("camera"), py::arg("stride") = 1,
-      py::arg("threads") = 0,
-      "Expected gain of views T_map_cameras (V, 4, 4) by ray casting on the evaluator's last update: every stride-th\n"
-      "pixel is a ray, seen through free and unknown voxels up to an occupied one; each voxel counts once a view.");
+      py::arg("map"), py::arg("evaluator"), py::arg("T_map_cameras"), py::arg("camera"),
+      py::arg("stride") = 1, py::arg("threads") = 0,
+      "Expected gain of views T_map_cameras (V, 4, 4) by ray casting on the evaluator's last update: every "
+      "stride-th\n"
+      "pixel is a ray, seen through free and unknown voxels up to an occupied one; each voxel counts once a "
+      "view.");
 }
 
 }  // namespace fv

@@ -11,11 +11,12 @@ using Corner = std::optional<std::array<double, 3>>;
 
 void bindConfigs(py::module_& m) {
   const MapConfig d;
-  py::class_<MapConfig>(m, "MapConfig",
-                        "What an OccupancyMap is made with; probabilities as OctoMap's.\n\n"
-                        "bounds_min, bounds_max: corners of the exploration volume [m]; voxels whose centre lies in it are\n"
-                        "mapped, no others. None: the map grows as needed. threads 0: all cores. dense_limit_mb: largest\n"
-                        "grid that a scan's rays are marked in. InputError (ValueError) for values out of range.")
+  py::class_<MapConfig>(
+      m, "MapConfig",
+      "What an OccupancyMap is made with; probabilities as OctoMap's.\n\n"
+      "bounds_min, bounds_max: corners of the exploration volume [m]; voxels whose centre lies in it are\n"
+      "mapped, no others. None: the map grows as needed. threads 0: all cores. dense_limit_mb: largest\n"
+      "grid that a scan's rays are marked in. InputError (ValueError) for values out of range.")
       .def(py::init([](double resolution_m, Corner bounds_min, Corner bounds_max, double prob_hit,
                        double prob_miss, double clamp_min, double clamp_max, double occupancy_threshold,
                        int threads, double dense_limit_mb) {
@@ -40,9 +41,10 @@ void bindConfigs(py::module_& m) {
       .def_readonly("threads", &MapConfig::threads)
       .def_readonly("dense_limit_mb", &MapConfig::dense_limit_mb);
   const ScanConfig s;
-  py::class_<ScanConfig>(m, "ScanConfig",
-                         "Which returns of a scan count [m]: nearer than min_range_m are dropped, farther than max_range_m\n"
-                         "clear up to there; rays without return clear up to no_return_clear_m (0: they say nothing).")
+  py::class_<ScanConfig>(
+      m, "ScanConfig",
+      "Which returns of a scan count [m]: nearer than min_range_m are dropped, farther than max_range_m\n"
+      "clear up to there; rays without return clear up to no_return_clear_m (0: they say nothing).")
       .def(py::init([](double min_range_m, double max_range_m, double no_return_clear_m) {
              ScanConfig c{min_range_m, max_range_m, no_return_clear_m};
              c.validate();
@@ -78,10 +80,11 @@ void bindResult(py::module_& m) {
             return out;
           },
           "(K, 3) int32 voxels whose class changed; a centre is (voxel + 0.5) * resolution_m.")
-      .def_property_readonly("before", [](const InsertResult& r) { return changedClasses(r, false); },
-                             "(K,) int8 class before: -1 unknown, 0 free, 1 occupied.")
-      .def_property_readonly("after", [](const InsertResult& r) { return changedClasses(r, true); },
-                             "(K,) int8 class after.")
+      .def_property_readonly(
+          "before", [](const InsertResult& r) { return changedClasses(r, false); },
+          "(K,) int8 class before: -1 unknown, 0 free, 1 occupied.")
+      .def_property_readonly(
+          "after", [](const InsertResult& r) { return changedClasses(r, true); }, "(K,) int8 class after.")
       .def_readonly("counts", &InsertResult::counts)
       .def_readonly("timings", &InsertResult::timings, "Seconds.")
       .def_readonly("sequence", &InsertResult::sequence, "Sequence number of the map afterwards.");
@@ -108,20 +111,25 @@ void bindInput(py::class_<OccupancyMap>& c) {
           "read",
           [](const std::string& path, const MapConfig* config) { return OccupancyMap::read(path, config); },
           py::arg("path"), py::arg("config") = nullptr,
-          "Map of a .bt or .ot file of an OcTree. The config's resolution must be the file's, its bounds cut it.\n"
+          "Map of a .bt or .ot file of an OcTree. The config's resolution must be the file's, its bounds cut "
+          "it.\n"
           "MapFileError (OSError) for files that are truncated or foreign; InputError for the resolution.")
-      .def("snapshot", [](const OccupancyMap& map) { return OccupancyMap(map); }, "A copy.")
-      .def("insert_scan", &insertScan, py::arg("points_sensor"), py::arg("T_map_sensor"),
-           py::arg("scan") = ScanConfig{}, py::arg("ray_directions") = py::none(),
-           "Insert a scan, as OctoMap's insertPointCloud(lazy_eval=False, discretize=False), cut to the bounds.\n\n"
-           "points_sensor (N, 3) [m], sensor frame, not finite: no return. T_map_sensor (4, 4) rigid.\n"
-           "ray_directions (N, 3), any length: where rows without return look; needed for no_return_clear_m.\n"
-           "Returns InsertResult. InputError for wrong shapes or transforms; the map is as it was then.")
+      .def(
+          "snapshot", [](const OccupancyMap& map) { return OccupancyMap(map); }, "A copy.")
+      .def(
+          "insert_scan", &insertScan, py::arg("points_sensor"), py::arg("T_map_sensor"),
+          py::arg("scan") = ScanConfig{}, py::arg("ray_directions") = py::none(),
+          "Insert a scan, as OctoMap's insertPointCloud(lazy_eval=False, discretize=False), cut to the "
+          "bounds.\n\n"
+          "points_sensor (N, 3) [m], sensor frame, not finite: no return. T_map_sensor (4, 4) rigid.\n"
+          "ray_directions (N, 3), any length: where rows without return look; needed for no_return_clear_m.\n"
+          "Returns InsertResult. InputError for wrong shapes or transforms; the map is as it was then.")
       .def(
           "mark_free",
           [](OccupancyMap& map, const Array& points) { return map.markFree(toPoints(points, "centres")); },
           py::arg("centres"),
-          "Set the voxels of points (N, 3) [m] free, as certainly as clamping allows. Points outside are passed over.");
+          "Set the voxels of points (N, 3) [m] free, as certainly as clamping allows. Points outside are "
+          "passed over.");
 }
 
 void bindQueries(py::class_<OccupancyMap>& c) {
@@ -130,11 +138,13 @@ void bindQueries(py::class_<OccupancyMap>& c) {
        [](const OccupancyMap& map, const Array& points) {
          return toArray(map.classify(toPoints(points, "points")));
        },
-       py::arg("points"), "(N,) int8 of points (N, 3) [m]: -1 unknown (or outside the bounds), 0 free, 1 occupied.")
+       py::arg("points"),
+       "(N,) int8 of points (N, 3) [m]: -1 unknown (or outside the bounds), 0 free, 1 occupied.")
       .def(
           "voxels", [](const OccupancyMap& map, const std::string& k) { return map.voxels(classNamed(k)); },
           py::arg("kind"),
-          "(N, 3) float32 centres [m] at leaf resolution of all \"free\", \"occupied\" or (within bounds) \"unknown\" voxels.")
+          "(N, 3) float32 centres [m] at leaf resolution of all \"free\", \"occupied\" or (within bounds) "
+          "\"unknown\" voxels.")
       .def(
           "counts",
           [](const OccupancyMap& map) {

@@ -24,7 +24,8 @@ PointsF directions(const PyUtility& u) {
   return out;
 }
 
-py::array_t<int> best(const PyUtility& u, int count, double radius_m, std::optional<py::array_t<bool>> allowed) {
+py::array_t<int> best(const PyUtility& u, int count, double radius_m,
+                      std::optional<py::array_t<bool>> allowed) {
   std::vector<uint8_t> mask;
   if (allowed) {
     if (allowed->ndim() != 1 || allowed->shape(0) != static_cast<py::ssize_t>(u.data.voxels.size()))
@@ -41,16 +42,20 @@ py::array_t<int> best(const PyUtility& u, int count, double radius_m, std::optio
 void bindUtility(py::module_& m) {
   py::class_<PyUtility>(m, "Utility", "Utility of free voxels (thesis, Algorithm 1).")
       .def_readonly("points", &PyUtility::points, "(U, 3) float32 centres [m].")
-      .def_property_readonly("utility", [](const PyUtility& u) { return toArray(u.data.utility); },
-                             "(U,) float64 [m^3]: volumes of the ellipsoids whose rays pass.")
+      .def_property_readonly(
+          "utility", [](const PyUtility& u) { return toArray(u.data.utility); },
+          "(U,) float64 [m^3]: volumes of the ellipsoids whose rays pass.")
       .def_property_readonly("direction", &directions, "(U, 3) float32 unit: where to look from there.")
       .def_property_readonly("rays", [](const PyUtility& u) { return u.data.rays; })
       .def_property_readonly("visits", [](const PyUtility& u) { return u.data.visits; });
-  m.def("accumulate_utility", &accumulate, py::arg("evaluator"), py::arg("max_range_m"), py::arg("threads") = 0,
-        "Algorithm 1 on the evaluator's last update. Returns Utility; InputError unless max_range_m is positive.");
+  m.def("accumulate_utility", &accumulate, py::arg("evaluator"), py::arg("max_range_m"),
+        py::arg("threads") = 0,
+        "Algorithm 1 on the evaluator's last update. Returns Utility; InputError unless max_range_m is "
+        "positive.");
   m.def("best_views", &best, py::arg("utility"), py::arg("count"), py::arg("suppression_radius_m"),
         py::arg("allowed") = py::none(),
-        "Non-maximum suppression: indices (K,) of at most count voxels of highest utility, best first, no two nearer\n"
+        "Non-maximum suppression: indices (K,) of at most count voxels of highest utility, best first, no "
+        "two nearer\n"
         "than the radius. allowed (U,) bool, None: all.");
   // Evaluator.utility, beside the function, because that is where one looks for it.
   m.attr("Evaluator").attr("utility") = py::cpp_function(

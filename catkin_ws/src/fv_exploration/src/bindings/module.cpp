@@ -6,7 +6,8 @@ std::vector<Eigen::Matrix4d> toMatrices(
     const py::array_t<double, py::array::c_style | py::array::forcecast>& a) {
   const bool one = a.ndim() == 2;
   if (a.ndim() < 2 || a.ndim() > 3 || a.shape(a.ndim() - 1) != 4 || a.shape(a.ndim() - 2) != 4)
-    throw InputError("transforms have " + std::to_string(a.ndim()) + " dimensions; valid: shape (N, 4, 4) or (4, 4)");
+    throw InputError("transforms have " + std::to_string(a.ndim()) +
+                     " dimensions; valid: shape (N, 4, 4) or (4, 4)");
   using RowMajor = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
   std::vector<Eigen::Matrix4d> out(one ? 1 : a.shape(0));
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = Eigen::Map<const RowMajor>(a.data() + 16 * i);
@@ -24,7 +25,9 @@ Points toPoints(const py::array_t<double, py::array::c_style | py::array::forcec
 }  // namespace fv
 
 PYBIND11_MODULE(_core, m) {
-  m.doc() = "Occupancy map, frontiers, voids, utility and view gain. Metres and radians; map frame unless said otherwise.";
+  m.doc() =
+      "Occupancy map, frontiers, voids, utility and view gain. Metres and radians; map frame unless said "
+      "otherwise.";
   pybind11::register_exception<fv::InputError>(m, "InputError", PyExc_ValueError);
   pybind11::register_exception<fv::MapFileError>(m, "MapFileError", PyExc_OSError);
   fv::bindMap(m);

@@ -125,7 +125,8 @@ void layerCorners(const GridFrame& frame, const RowExtremes& rows, int z, std::v
       std::vector<Voxel>& c = chain[side];
       const auto outside = [&] {  // the last corner is not beyond the line from the one before it to p
         const Voxel &a = c[c.size() - 2], &b = c.back();
-        const int64_t turn = int64_t{b.x() - a.x()} * (p.y() - a.y()) - int64_t{b.y() - a.y()} * (p.x() - a.x());
+        const int64_t turn =
+            int64_t{b.x() - a.x()} * (p.y() - a.y()) - int64_t{b.y() - a.y()} * (p.x() - a.x());
         return side ? turn <= 0 : turn >= 0;
       };
       while (c.size() >= 2 && outside()) c.pop_back();

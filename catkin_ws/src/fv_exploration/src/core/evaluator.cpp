@@ -229,8 +229,7 @@ void tileMasks(const GridFrame& frame, const std::vector<uint8_t>& flags, const 
       for (int dz = 0; dz < 3; ++dz)
         for (int dy = 0; dy < 3; ++dy) near |= wide[(y + dy) + 18 * (z + dz)];
       const Voxel start = corner + Voxel(0, y, z);
-      frontier[y + kTile * z] =
-          static_cast<uint16_t>(near >> 1) & freeRow(&flags[frame.index(start)]);
+      frontier[y + kTile * z] = static_cast<uint16_t>(near >> 1) & freeRow(&flags[frame.index(start)]);
       const std::size_t r = hull.row(start.y(), start.z());
       voids[y + kTile * z] = static_cast<uint16_t>(unknown[(y + 1) + 18 * (z + 1)] >> 1) &
                              intervalRow(start.x(), hull.low[r], hull.high[r]);
@@ -329,7 +328,8 @@ void Evaluator::relink() {
                      if (frontier[t])
                        tile.frontier_links = linksAround(tile.frontier, tile.frontier_labels, f, 14);
                      if (voids[t]) tile.void_links = linksAround(tile.voids, tile.void_labels, v, 14);
-                     if (both[t]) tile.frontier_voids = linksAround(tile.frontier, tile.frontier_labels, v, 0);
+                     if (both[t])
+                       tile.frontier_voids = linksAround(tile.frontier, tile.frontier_labels, v, 0);
                    }
                  });
 }
@@ -414,8 +414,7 @@ void Evaluator::clusterTiled() {
     first_node[g] = static_cast<int>(all.nodes.size());
     if (members[g].empty()) continue;
     all.nodes.insert(all.nodes.end(), group.graph.nodes.begin(), group.graph.nodes.end());
-    for (const auto& [a, b] : group.graph.edges)
-      all.edges.emplace_back(first_node[g] + a, first_node[g] + b);
+    for (const auto& [a, b] : group.graph.edges) all.edges.emplace_back(first_node[g] + a, first_node[g] + b);
     std::size_t at = 0;
     for (const int t : group.members)
       for (std::size_t i = 0; i < tiles_[t]->graph.nodes.size(); ++i)
@@ -426,7 +425,8 @@ void Evaluator::clusterTiled() {
     if (!node[t].empty())
       for (const TileLink& link : tiles_[t]->void_links) {
         const int n = neighbourIndex(t, link.direction);
-        if (groupOf(n) != groupOf(t)) across.emplace_back(std::minmax(node[t][link.own], node[n][link.other]));
+        if (groupOf(n) != groupOf(t))
+          across.emplace_back(std::minmax(node[t][link.own], node[n][link.other]));
       }
   std::sort(across.begin(), across.end());
   across.erase(std::unique(across.begin(), across.end()), across.end());

@@ -105,41 +105,42 @@ bool endsWith(const std::string& text, const std::string& end) {
   return text.size() >= end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
 }
 
-std::unique_ptr<octomap::OcTree> readBt(const std::string& path) {
-  auto tree = std::make_unique<octomap::OcTree>(checkBtFile(path));
-  if (!tree->readBinary(path)) throw MapFileError(path + ": cannot be read");
-  return tree;
+MapFile checkedOt(const std::string& path, const std::string& id, std::size_t payload_bytes) {
+  MapFile file = openFile(path);
+  requireHeader(file, "# Octomap OcTree file", id);
+  Walk walk(file, payload_bytes);
+  if (file.nodes > 0) walk.full();
+  walk.finish();
+  return file;
+}
+
+MapFile checkedBt(const std::string& path) {
+  MapFile file = openFile(path);
+  requireHeader(file, "# Octomap OcTree binary file", "OcTree");
+  Walk walk(file, 0);
+  if (file.nodes > 0) walk.binary();
+  walk.finish();
+  return file;
 }
 
 }  // namespace
 
 double checkOtFile(const std::string& path, const std::string& id, std::size_t payload_bytes) {
-  const MapFile file = openFile(path);
-  requireHeader(file, "# Octomap OcTree file", id);
-  Walk walk(file, payload_bytes);
-  if (file.nodes > 0) walk.full();
-  walk.finish();
-  return file.resolution_m;
-}
-
-double checkBtFile(const std::string& path) {
-  const MapFile file = openFile(path);
-  requireHeader(file, "# Octomap OcTree binary file", "OcTree");
-  Walk walk(file, 0);
-  if (file.nodes > 0) walk.binary();
-  walk.finish();
-  return file.resolution_m;
+  return checkedOt(path, id, payload_bytes).resolution_m;
 }
 
 std::unique_ptr<octomap::OcTree> readOcTree(const std::string& path) {
-  if (endsWith(path, ".bt")) return readBt(path);
-  if (!endsWith(path, ".ot")) throw MapFileError(path + ": unknown ending; valid: .bt, .ot");
-  checkOtFile(path, "OcTree", sizeof(float));
-  std::unique_ptr<octomap::AbstractOcTree> any(octomap::AbstractOcTree::read(path));
-  auto* tree = dynamic_cast<octomap::OcTree*>(any.get());
-  if (!tree) throw MapFileError(path + ": cannot be read");
-  any.release();
-  return std::unique_ptr<octomap::OcTree>(tree);
+  const bool binary = endsWith(path, ".bt");
+  if (!binary && !endsWith(path, ".ot")) throw MapFileError(path + ": unknown ending; valid: .bt, .ot");
+  const MapFile file = binary ? checkedBt(path) : checkedOt(path, "OcTree", sizeof(float));
+  auto tree = std::make_unique<octomap::OcTree>(file.resolution_m);
+  if (file.nodes == 0) return tree;
+  std::istringstream stream(file.payload);
+  if (binary)
+    tree->readBinaryData(stream);
+  else
+    tree->readData(stream);
+  return tree;
 }
 
 std::unique_ptr<OccupancyMap> OccupancyMap::read(const std::string& path, const MapConfig* config) {

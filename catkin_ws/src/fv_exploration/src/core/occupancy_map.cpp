@@ -233,9 +233,8 @@ InsertResult OccupancyMap::insertRays(ScanRays rays, double max_range_m) {
     rays.hits.swap(near);
   }
   MarkCounts counts;
-  std::vector<MarkBlock> blocks =
-      markScan(rays, resolution(), bounds_, threads(), static_cast<std::size_t>(config_.dense_limit_mb * 1e6),
-               counts);
+  std::vector<MarkBlock> blocks = markScan(rays, resolution(), bounds_, threads(),
+                                           static_cast<std::size_t>(config_.dense_limit_mb * 1e6), counts);
   result.timings["mark"] = secondsSince(start);
   if (!bounded() && !blocks.empty()) {
     Voxel low = blocks[0].block, high = blocks[0].block;

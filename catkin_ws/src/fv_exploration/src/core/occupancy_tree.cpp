@@ -149,9 +149,8 @@ void OccupancyTree::update(OcTreeNode* node, bool created, const uint8_t* marks,
 
 std::vector<Change> OccupancyTree::apply(std::vector<MarkBlock>& blocks, int threads) {
   if (blocks.empty()) return {};
-  std::sort(blocks.begin(), blocks.end(), [](const MarkBlock& a, const MarkBlock& b) {
-    return mortonOf(a.block) < mortonOf(b.block);
-  });
+  std::sort(blocks.begin(), blocks.end(),
+            [](const MarkBlock& a, const MarkBlock& b) { return mortonOf(a.block) < mortonOf(b.block); });
   Descent descent{blocks, {}, {}};
   for (const MarkBlock& b : blocks) descent.codes.push_back(mortonOf(b.block));
   const int count = static_cast<int>(blocks.size());

@@ -6,6 +6,7 @@
 #include <unordered_map>
 
 #include "fv_exploration/parallel.h"
+#include "mark_kernel.h"
 #include "ray_walk.h"
 
 namespace fv {
@@ -28,9 +29,6 @@ struct ChildOrder {
 };
 const ChildOrder kChildOrder;
 
-/// A byte that several threads may set to the same value.
-void setMark(uint8_t* mark, uint8_t value) { __atomic_store_n(mark, value, __ATOMIC_RELAXED); }
-
 /// All rays of a scan: hits first, then the cleared ones.
 struct Ends {
   const ScanRays& rays;
@@ -41,7 +39,8 @@ struct Ends {
   }
 };
 
-/// Clear the marks of `linear` outside of `keep`, count the rest, and bring them into the order of octree children.
+/// Clear the marks of `linear` outside of `keep`, count the rest, and bring them into the order of octree
+/// children.
 bool takeBlock(const uint8_t* linear, const Voxel& block, const VoxelBox& keep, MarkBlock& out,
                MarkCounts& counts) {
   out.block = block;
@@ -77,20 +76,13 @@ class DenseMarks {
     return size;
   }
 
-  void miss(const RayMaker::Ray& ray) {
-    int64_t at = index(ray.at);
-    const int64_t end = index(ray.end);
+  void miss(const RayMaker::Ray& ray, RayBatch& batch) {
     const int64_t step[3] = {ray.step[0] * stride_[0], ray.step[1] * stride_[1], ray.step[2] * stride_[2]};
-    double t[3] = {ray.t_max[0], ray.t_max[1], ray.t_max[2]};
-    while (true) {
-      setMark(&grid_[at], kMiss);
-      const int dim = t[0] < t[1] ? (t[0] < t[2] ? 0 : 2) : (t[1] < t[2] ? 1 : 2);
-      at += step[dim];
-      t[dim] += ray.t_delta[dim];
-      if (at == end || std::min(std::min(t[0], t[1]), t[2]) > ray.length) return;
-    }
+    batch.add(ray, index(ray.at), index(ray.end), step);
+    if (batch.full()) batch.mark(grid_.data());
   }
-  void hit(const Voxel& v) { setMark(&grid_[index(v)], kHit); }
+  void finish(RayBatch& batch) { batch.mark(grid_.data()); }
+  void hit(const Voxel& v) { grid_[index(v)] = kHit; }
 
   std::vector<MarkBlock> blocks(const VoxelBox& keep, int threads, MarkCounts& counts) const {
     const int layers = blocks_.z();
@@ -164,8 +156,7 @@ class SparseMarks {
     for (const auto& [id, theirs] : other.blocks_) {
       auto& found = blocks_[id];
       if (!found) found = std::make_unique<Block>(Block{theirs->block, {}});
-      for (int i = 0; i < kBlockVoxels; ++i)
-        found->linear[i] = std::max(found->linear[i], theirs->linear[i]);
+      for (int i = 0; i < kBlockVoxels; ++i) found->linear[i] = std::max(found->linear[i], theirs->linear[i]);
     }
   }
   std::vector<MarkBlock> blocks(const VoxelBox& keep, MarkCounts& counts) const {
@@ -213,7 +204,11 @@ void walkAll(const Ends& ends, const RayMaker& maker, int threads, const Work& m
 std::vector<MarkBlock> markDense(const Ends& ends, const RayMaker& maker, const Voxel& min, const Voxel& max,
                                  const VoxelBox& keep, int threads, MarkCounts& counts) {
   DenseMarks marks(min, max);
-  walkAll(ends, maker, threads, [&](const RayMaker::Ray& ray, int) { marks.miss(ray); });
+  std::vector<std::unique_ptr<RayBatch>> batches;
+  for (int i = 0; i < threads; ++i) batches.push_back(std::make_unique<RayBatch>());
+  walkAll(ends, maker, threads,
+          [&](const RayMaker::Ray& ray, int thread) { marks.miss(ray, *batches[thread]); });
+  for (const auto& batch : batches) marks.finish(*batch);
   Voxel v;
   for (const octomap::point3d& hit : ends.rays.hits)
     if (maker.voxel(hit, v)) marks.hit(v);

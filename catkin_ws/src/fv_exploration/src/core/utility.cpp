@@ -7,6 +7,7 @@
 #include <unordered_map>
 
 #include "fv_exploration/parallel.h"
+#include "grid_lanes.h"
 #include "zeroed_array.h"
 
 namespace fv {
@@ -28,55 +29,31 @@ struct Corners {
   double scaled_volume;
 };
 
-/// Steps through the free voxels of a frame along a ray.
-class FreeRay {
- public:
-  FreeRay(const Evaluator& evaluator, double range_voxels)
-      : frame_(evaluator.frame()), flags_(evaluator.flags().data()), range_(range_voxels) {
-    const Voxel dims = frame_.dims();
-    stride_[0] = 1;
-    stride_[1] = dims.x();
-    stride_[2] = int64_t{dims.x()} * dims.y();
-  }
-
-  /// Add `sums` to the start and to each free voxel behind it, up to the range. @return voxels visited.
-  int64_t add(const Voxel& start, const double direction[3], Sums sums, Sums* out) const {
-    int64_t step[3];
-    int left[3];
-    double t[3], delta[3];
-    const Voxel local = start - frame_.origin, dims = frame_.dims();
-    for (int i = 0; i < 3; ++i) {
-      const double d = direction[i];
-      step[i] = d > 0 ? stride_[i] : -stride_[i];
-      left[i] = d > 0 ? dims[i] - 1 - local[i] : local[i];
-      delta[i] = d != 0 ? 1.0 / std::fabs(d) : std::numeric_limits<double>::infinity();
-      t[i] = 0.5 * delta[i];
-    }
-    int64_t at = static_cast<int64_t>(frame_.index(start)), visits = 0;
-    while (true) {
-      out[at] += sums;
+/// Eight rays at once: add `adds` to their voxels as long as these are free. @return voxels visited.
+FV_LANE_CLONES int64_t addLanes(const LaneRays& rays, const uint8_t* flags, const Sums adds[kLanes],
+                                Sums* out) {
+  LaneWalk walk;
+  walk.load(rays);
+  int64_t at[kLanes], live[kLanes], visits = 0;
+  do {
+    std::memcpy(at, &walk.at, sizeof(at));
+    std::memcpy(live, &walk.live, sizeof(live));
+    for (int lane = 0; lane < kLanes; ++lane) {
+      live[lane] &= -int64_t{(flags[at[lane]] & Evaluator::kClassMask) == kFree};
+      if (!live[lane]) continue;
+      out[at[lane]] += adds[lane];
       ++visits;
-      const int dim = t[0] < t[1] ? (t[0] < t[2] ? 0 : 2) : (t[1] < t[2] ? 1 : 2);
-      if (t[dim] > range_ || --left[dim] < 0) return visits;
-      at += step[dim];
-      t[dim] += delta[dim];
-      if ((flags_[at] & Evaluator::kClassMask) != kFree) return visits;
     }
-  }
-
- private:
-  const GridFrame& frame_;
-  const uint8_t* flags_;
-  double range_;
-  int64_t stride_[3];
-};
+    std::memcpy(&walk.live, live, sizeof(live));
+    walk.advance();
+  } while (walk.anyLive());
+  return visits;
+}
 
 class Algorithm1 {
  public:
   Algorithm1(const Evaluator& evaluator, double max_range_m, int threads)
-      : evaluator_(evaluator),
-        threads_(threads),
-        walker_(evaluator, max_range_m / evaluator.map().resolution()) {
+      : evaluator_(evaluator), threads_(threads), range_(max_range_m / evaluator.map().resolution()) {
     collectSources();
     collectJobs();
   }
@@ -146,18 +123,38 @@ class Algorithm1 {
       const Voxel& source = sources_[job->cluster][pair - job->first];
       const Corners& corners = corners_[job->ellipsoid];
       const Eigen::Vector3d at = evaluator_.map().centre(source);
-      for (const Eigen::Vector3d& corner : corners.at) {
-        const double dx = at.x() - corner.x(), dy = at.y() - corner.y(), dz = at.z() - corner.z();
-        const double length = std::sqrt(dx * dx + dy * dy + dz * dz);
-        if (!(length > 0)) continue;  // a corner on the source points nowhere
-        const double direction[3] = {dx / length, dy / length, dz / length};
-        const double u = corners.scaled_volume;
-        const Sums add = {std::llround(u), std::llround(u * direction[0]), std::llround(u * direction[1]),
-                          std::llround(u * direction[2])};
-        visits += walker_.add(source, direction, add, sums);
-        ++rays;
+      LaneRays lanes;
+      Sums adds[kLanes];
+      for (int lane = 0; lane < kLanes; ++lane) {
+        if (lane < 7 &&
+            prepare(source, at - corners.at[lane], corners.scaled_volume, lanes, lane, adds[lane]))
+          ++rays;
+        else
+          lanes.clear(lane);
       }
+      visits += addLanes(lanes, evaluator_.flags().data(), adds, sums);
     }
+  }
+
+  /// A ray from the centre of `source`; false for one without a direction.
+  bool prepare(const Voxel& source, const Eigen::Vector3d& away, double volume, LaneRays& lanes, int lane,
+               Sums& add) const {
+    const double length = std::sqrt(away.x() * away.x() + away.y() * away.y() + away.z() * away.z());
+    if (!(length > 0)) return false;
+    const GridFrame& frame = evaluator_.frame();
+    const Voxel local = source - frame.origin;
+    GridWalk walk;
+    int64_t stride = 1;
+    double direction[3];
+    for (int i = 0; i < 3; ++i) {
+      direction[i] = away[i] / length;
+      walk.begin(i, local[i] + 0.5, direction[i], 0.0, frame.dims()[i], stride);
+      stride *= frame.dims()[i];
+    }
+    lanes.set(lane, walk, range_);
+    add = Sums{std::llround(volume), std::llround(volume * direction[0]), std::llround(volume * direction[1]),
+               std::llround(volume * direction[2])};
+    return true;
   }
 
   void collect(const std::vector<ZeroedArray<Sums>>& sums, Utility& out) const {
@@ -178,7 +175,7 @@ class Algorithm1 {
 
   const Evaluator& evaluator_;
   int threads_;
-  FreeRay walker_;
+  double range_;                             // [voxels]
   std::vector<std::vector<Voxel>> sources_;  // by cluster
   std::vector<Corners> corners_;             // by ellipsoid
   std::vector<Job> jobs_;

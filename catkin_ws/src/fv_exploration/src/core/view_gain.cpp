@@ -5,14 +5,75 @@
 #include <limits>
 
 #include "fv_exploration/parallel.h"
+#include "grid_lanes.h"
 
 namespace fv {
 
 namespace {
 
+/// What one voxel adds, three counters in one number: a view counts fewer than 2^21 of each.
+constexpr uint64_t kOneVoid = 1, kOneUnknown = uint64_t{1} << 21, kOneFrontier = uint64_t{1} << 42;
+constexpr uint64_t kCountMask = kOneUnknown - 1;
+
+struct GainTable {
+  uint64_t adds[16];
+  GainTable() {
+    for (int flags = 0; flags < 16; ++flags) {
+      adds[flags] = 0;
+      if ((flags & Evaluator::kClassMask) == kUnknown) adds[flags] += kOneUnknown;
+      if (flags & Evaluator::kVoidFlag) adds[flags] += kOneVoid;
+      if (flags & Evaluator::kFrontierFlag) adds[flags] += kOneFrontier;
+    }
+  }
+};
+const GainTable kGainTable;
+
 struct Counts {
   int64_t voids = 0, unknown = 0, frontier = 0, occupied = 0;
 };
+
+/// Where the rays of a view look things up and remember what they counted.
+struct GainGrid {
+  const uint8_t* flags;
+  uint16_t* counted;  // number of the view that counted a voxel last
+  uint16_t view;
+  double min_range;  // [voxels]
+};
+
+/// Walk eight rays at once to their ends.
+FV_LANE_CLONES void castLanes(const LaneRays& rays, const GainGrid& grid, Counts& counts) {
+  LaneWalk walk;
+  walk.load(rays);
+  LaneDoubles leave;
+  int64_t at[kLanes], live[kLanes], open[kLanes];
+  double leaves[kLanes];
+  uint64_t sums = 0;
+  int64_t hits = 0;
+  do {
+    walk.leaves(leave);
+    std::memcpy(at, &walk.at, sizeof(at));
+    std::memcpy(live, &walk.live, sizeof(live));
+    std::memcpy(leaves, &leave, sizeof(leaves));
+    for (int lane = 0; lane < kLanes; ++lane) {
+      const uint8_t flags = grid.flags[at[lane]];
+      uint16_t& counted = grid.counted[at[lane]];
+      const bool blocked = (flags & Evaluator::kClassMask) == kOccupied;
+      const bool fresh = (live[lane] != 0) & (leaves[lane] >= grid.min_range) & (counted != grid.view);
+      counted = fresh ? grid.view : counted;
+      sums += kGainTable.adds[flags] & -uint64_t{fresh};
+      hits += blocked & (live[lane] != 0);
+      open[lane] = int64_t{blocked} - 1;
+    }
+    LaneIntegers open_lanes;
+    std::memcpy(&open_lanes, open, sizeof(open));
+    walk.live &= open_lanes;
+    walk.advance();
+  } while (walk.anyLive());
+  counts.voids += sums & kCountMask;
+  counts.unknown += sums >> 21 & kCountMask;
+  counts.frontier += sums >> 42;
+  counts.occupied += hits;
+}
 
 /// Casts the rays of one view at a time; remembers which voxels the view has counted.
 class GainCaster {
@@ -37,7 +98,20 @@ class GainCaster {
     Counts counts;
     const Eigen::Vector3d origin =
         T_map_camera.topRightCorner<3, 1>() * factor_ - frame_.origin.cast<double>();
-    for (const Eigen::Vector3d& ray : rays) castRay(origin, T_map_camera.topLeftCorner<3, 3>() * ray, counts);
+    const Eigen::Matrix3d R = T_map_camera.topLeftCorner<3, 3>();
+    const GainGrid grid{flags_, counted_.data(), view_, min_range_};
+    LaneRays lanes;
+    int filled = 0;
+    for (const Eigen::Vector3d& ray : rays) {
+      filled += prepare(origin, R * ray, lanes, filled);
+      if (filled == kLanes) {
+        castLanes(lanes, grid, counts);
+        filled = 0;
+      }
+    }
+    if (filled == 0) return counts;
+    while (filled < kLanes) lanes.clear(filled++);
+    castLanes(lanes, grid, counts);
     return counts;
   }
 
@@ -60,48 +134,14 @@ class GainCaster {
     return begin < end;
   }
 
-  void castRay(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, Counts& counts) {
+  /// Put a ray into a lane; false when it misses the grid.
+  bool prepare(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, LaneRays& lanes,
+               int lane) const {
     double begin, end;
-    if (!clip(origin, direction, begin, end)) return;
-    int left[3];
-    int64_t step[3], at = 0;
-    double t[3], delta[3];
-    const Voxel dims = frame_.dims();
-    for (int i = 0; i < 3; ++i) {
-      const double d = direction[i];
-      const int voxel =
-          std::clamp(static_cast<int>(std::floor(origin[i] + begin * d)), 0, dims[i] - 1);
-      at += voxel * stride_[i];
-      step[i] = d > 0 ? stride_[i] : -stride_[i];
-      left[i] = d > 0 ? dims[i] - 1 - voxel : voxel;
-      const double border = d > 0 ? voxel + 1 : voxel;
-      delta[i] = d != 0 ? 1.0 / std::fabs(d) : std::numeric_limits<double>::infinity();
-      t[i] = d != 0 ? (border - origin[i]) / d : std::numeric_limits<double>::infinity();
-    }
-    while (true) {
-      const int dim = t[0] < t[1] ? (t[0] < t[2] ? 0 : 2) : (t[1] < t[2] ? 1 : 2);
-      if (!visit(at, t[dim] >= min_range_, counts)) return;
-      if (t[dim] > end || --left[dim] < 0) return;
-      at += step[dim];
-      t[dim] += delta[dim];
-    }
-  }
-
-  /// Count a voxel; false when the ray ends there.
-  bool visit(int64_t at, bool seen, Counts& counts) {
-    constexpr uint8_t kPlainFree = kFree;
-    const uint8_t flags = flags_[at];
-    if (flags == kPlainFree) return true;
-    const uint8_t kind = flags & Evaluator::kClassMask;
-    if (kind == kOccupied) {
-      ++counts.occupied;
-      return false;
-    }
-    if (!seen || kind == kOutside || counted_[at] == view_) return true;
-    counted_[at] = view_;
-    counts.frontier += (flags & Evaluator::kFrontierFlag) != 0;
-    counts.unknown += kind == kUnknown;
-    counts.voids += (flags & Evaluator::kVoidFlag) != 0;
+    if (!clip(origin, direction, begin, end)) return false;
+    GridWalk walk;
+    for (int i = 0; i < 3; ++i) walk.begin(i, origin[i], direction[i], begin, frame_.dims()[i], stride_[i]);
+    lanes.set(lane, walk, end);
     return true;
   }
 
@@ -142,9 +182,9 @@ std::vector<Eigen::Vector3d> PinholeCamera::rays(int stride) const {
   const int columns = std::max(1, width / stride), rows = std::max(1, height / stride);
   for (int j = 0; j < rows; ++j)
     for (int i = 0; i < columns; ++i)
-      out.push_back(Eigen::Vector3d(x_scale * (2 * (i + 0.5) / columns - 1),
-                                    y_scale * (2 * (j + 0.5) / rows - 1), 1)
-                        .normalized());
+      out.push_back(
+          Eigen::Vector3d(x_scale * (2 * (i + 0.5) / columns - 1), y_scale * (2 * (j + 0.5) / rows - 1), 1)
+              .normalized());
   return out;
 }
 

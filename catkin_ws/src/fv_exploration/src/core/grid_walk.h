@@ -1,0 +1,35 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace fv {
+
+/// The start of a ray that goes from voxel to voxel of a linear grid (Amanatides and Woo 1987); lengths in
+/// voxels.
+struct GridWalk {
+  int64_t at = 0;  ///< index of the voxel
+
+  /// Set up one axis: the voxel that the ray is in at length `from`.
+  /// @param origin, direction of the ray along the axis; the grid begins at 0 and has `size` voxels.
+  void begin(int axis, double origin, double direction, double from, int size, int64_t stride) {
+    const int voxel = std::clamp(static_cast<int>(std::floor(origin + from * direction)), 0, size - 1);
+    at += voxel * stride;
+    const bool up = direction > 0;
+    step[axis] = up ? stride : -stride;
+    left[axis] = up ? size - 1 - voxel : voxel;
+    const double border = up ? voxel + 1 : voxel;
+    const bool still = direction == 0;
+    delta[axis] = still ? kNever : 1.0 / std::fabs(direction);
+    t[axis] = still ? kNever : (border - origin) / direction;
+  }
+
+  static constexpr double kNever = 1e30;  // of an axis that the ray does not move along
+
+  int64_t step[3];
+  int64_t left[3];  ///< voxels before the end of the grid
+  double t[3];      ///< length at the next border
+  double delta[3];  ///< length from border to border
+};
+
+}  // namespace fv
