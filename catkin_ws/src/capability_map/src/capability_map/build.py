@@ -21,6 +21,7 @@ from capability_map import store
 from capability_map._core import ViewProbe, build_spheres
 from capability_map.errors import CapabilityMapError
 from capability_map.plan import BuildPlan
+from capability_map.shapes import fit_all
 
 CELLS_PER_CHUNK = 64
 _MAX_POOL_DEATHS = 3
@@ -146,7 +147,7 @@ def local_executor(workers: int) -> Callable[[BuildPlan, list[int]], Iterator[tu
 
     def run(plan: BuildPlan, numbers: list[int]) -> Iterator[tuple[int, dict]]:
         if workers == 1:
-            yield from ((number, _timed_chunk(plan, number)) for number in numbers)
+            yield from ((number, timed_chunk(plan, number)) for number in numbers)
             return
         open_numbers = set(numbers)
         for _ in range(_MAX_POOL_DEATHS):
@@ -173,7 +174,7 @@ def _run_pool(plan: BuildPlan, numbers: list[int], workers: int) -> Iterator[tup
         try:
             while True:
                 for number in itertools.islice(waiting, 2 * workers - len(pending)):
-                    pending[pool.submit(_timed_chunk, plan, number)] = number
+                    pending[pool.submit(timed_chunk, plan, number)] = number
                 if not pending:
                     return
                 for future in wait(pending, return_when=FIRST_COMPLETED).done:
@@ -182,7 +183,8 @@ def _run_pool(plan: BuildPlan, numbers: list[int], workers: int) -> Iterator[tup
             pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _timed_chunk(plan: BuildPlan, number: int) -> dict:
+def timed_chunk(plan: BuildPlan, number: int) -> dict:
+    """compute_chunk() with the seconds it took."""
     started = time.monotonic()
     batch = compute_chunk(plan, number)
     batch["seconds"] = time.monotonic() - started
@@ -206,6 +208,8 @@ def assemble(plan: BuildPlan, batches: list[dict], seconds: float, seconds_befor
         for name in ("ik_calls", "collision_checks", "points_skipped")
     }
     grid_cells = int(np.prod(plan.size))
+    kept_bits = np.ascontiguousarray(bits[order])
+    valid = np.unpackbits(kept_bits, axis=1, bitorder="little", count=len(plan.outward)).astype(bool)
     return store.MapData(
         robot=plan.arm.robot,
         group=plan.arm.group,
@@ -233,9 +237,10 @@ def assemble(plan: BuildPlan, batches: list[dict], seconds: float, seconds_befor
         outward=plan.outward,
         triangles=ConvexHull(plan.outward).simplices.astype(np.int32),
         cells=cells[order],
-        bits=np.ascontiguousarray(bits[order]).view(np.uint64),
+        bits=kept_bits.view(np.uint64),
         witnesses=np.concatenate([batch["witnesses"] for batch in batches])[points],
         manipulability=np.concatenate([batch["manipulability"] for batch in batches])[points],
+        shapes=fit_all(plan.outward, valid),
     )
 
 

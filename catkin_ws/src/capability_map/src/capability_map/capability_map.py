@@ -99,6 +99,35 @@ class CapabilityMap:
         """Return the reachability index D of each sphere, (S,) in percent (thesis 3.7)."""
         return 100.0 * self.valid.mean(axis=1)
 
+    def sphere_rows(self, positions: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """Return (N,) the row of the sphere that each view belongs to: the one around p + r d; -1 where it is empty."""
+        centers = np.asarray(positions, float) + self.radius * np.asarray(directions, float)
+        place = np.floor((centers - self.grid.origin) / (2.0 * self.radius))
+        inside = ((place >= 0) & (place < self.data.grid_size)).all(axis=1)
+        x, y, z = np.where(inside[:, None], place, 0).astype(np.int64).T
+        cells = (x * self.data.grid_size[1] + y) * self.data.grid_size[2] + z
+        return np.where(inside, self._row_of_cell[cells], -1)
+
+    def seeds(self, positions: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return a stored configuration near each view: where a planner may start its inverse kinematics.
+
+        :return: (N, J) joint values [rad], NaN where the view's sphere is empty, and (N,) angles [rad] between the
+            view's direction and that of the stored point.
+        """
+        rows = self.sphere_rows(positions, directions)
+        unit = np.asarray(directions, float)
+        unit = unit / np.linalg.norm(unit, axis=1, keepdims=True)
+        q = np.full((len(unit), len(self.data.joint_names)), np.nan)
+        angles = np.full(len(unit), np.nan)
+        first = np.concatenate([[0], np.cumsum(self.valid.sum(axis=1))])
+        for i in np.flatnonzero(rows >= 0):
+            points = np.flatnonzero(self.valid[rows[i]])
+            cosines = -self.directions[points] @ unit[i]
+            nearest = int(np.argmax(cosines))
+            q[i] = self.witnesses(np.array([first[rows[i]] + nearest]))[0]
+            angles[i] = np.arccos(np.clip(cosines[nearest], -1.0, 1.0))
+        return q, angles
+
     def witnesses(self, rows: np.ndarray | None = None) -> np.ndarray:
         """Return stored configurations (V, J) [rad], one per valid point, sphere by sphere, direction by direction.
 

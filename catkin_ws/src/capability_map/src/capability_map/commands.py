@@ -9,7 +9,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from capability_map import store
+from capability_map import shapes, store
 from capability_map.errors import CapabilityMapError
 from capability_map.parameters import BuildParameters
 from capability_map.paths import default_map_path
@@ -160,7 +160,8 @@ def summary(data: store.MapData) -> str:
         f"({counts['cells_skipped_by_bound']} skipped by the reach bound); reachability index mean "
         f"{index.mean() if len(index) else 0.0:.1f} %, largest {index.max() if len(index) else 0.0:.1f} %\n"
         f"{counts['seconds']:.1f} s, {counts['ik_calls']} calls of inverse kinematics, "
-        f"{counts['collision_checks']} collision checks, {len(data.manipulability)} valid points"
+        f"{counts['collision_checks']} collision checks, {len(data.manipulability)} valid points\n"
+        f"{shapes.report(data.shapes)}"
     )
 
 
@@ -179,3 +180,52 @@ def info_command(arguments: list[str]) -> None:
     )
     print(f"parameters: {data.parameters}")
     print(summary(data))
+
+
+def check_command(arguments: list[str]) -> None:
+    """`rosrun capability_map check`."""
+    from capability_map import check
+    from capability_map.capability_map import CapabilityMap
+    from capability_map.robots import load_arm
+
+    parser = argparse.ArgumentParser(
+        prog="check", description="Compare a map's answers with fresh inverse kinematics."
+    )
+    parser.add_argument("map", type=Path, help="map file")
+    parser.add_argument("--robot", help="robot of hubo_description (default: the one named in the map)")
+    parser.add_argument("--views", type=int, default=20000, help="random views (default: 20000)")
+    parser.add_argument(
+        "--roll-step", type=float, default=2.5, help="step between rolls [deg] (default: 2.5)"
+    )
+    parser.add_argument("--seed", type=int, default=0, help="of the random views (default: 0)")
+    options = parser.parse_args(arguments)
+    if options.views < 1 or not options.roll_step > 0.0:
+        raise CapabilityMapError("--views and --roll-step must be positive")
+    cap = CapabilityMap.load(options.map)
+    arm = load_arm(options.robot or cap.data.robot, cap.data.group)
+    views = check.random_views(cap, options.views, options.seed)
+    truth = check.fresh_truth(cap, arm, *views, options.roll_step)
+    print(f"{options.views} random views of the map's box, {truth.mean():.1%} of them can be held")
+    print(f"{'method':<22}{'accuracy':>10}{'found':>10}{'false pos.':>12}")
+    for row in check.compare(cap, truth, *views):
+        print(f"{row.method:<22}{row.accuracy:>10.2%}{row.found:>10.2%}{row.false_positives:>12.2%}")
+
+
+def show_command(arguments: list[str]) -> None:
+    """`rosrun capability_map show`."""
+    from capability_map.capability_map import CapabilityMap
+    from capability_map.pictures import draw_all
+
+    parser = argparse.ArgumentParser(
+        prog="show", description="Draw a map: spikes, index in two cuts, shapes (PNG)."
+    )
+    parser.add_argument("map", type=Path, help="map file")
+    parser.add_argument("--out", type=Path, help="folder for the pictures (default: <map>_pictures)")
+    options = parser.parse_args(arguments)
+    cap = CapabilityMap.load(options.map)
+    folder = options.out or options.map.with_name(options.map.stem + "_pictures")
+    try:
+        for path in draw_all(cap, folder):
+            print(f"wrote {path}")
+    except OSError as err:
+        raise CapabilityMapError(f"cannot write pictures: {err}") from err

@@ -14,7 +14,6 @@ from capability_map.errors import CapabilityMapError
 from capability_map.parameters import BuildParameters
 from capability_map.robots import Arm
 
-
 METHOD_VERSION = 1  # grows when equal parameters lead to another map
 
 

@@ -18,6 +18,7 @@ import h5py
 import numpy as np
 
 from capability_map.errors import CapabilityMapError
+from capability_map.shapes import RULES
 
 SCHEMA_VERSION = 1
 _BLOCK = 512
@@ -193,5 +194,18 @@ def _check(path: Path, data: MapData) -> None:
         raise CapabilityMapError(f"{path}: its grid, directions or joint limits are not finite and positive")
     if not ordered:
         raise CapabilityMapError(f"{path}: its cells are not ascending numbers of its grid")
+    _check_shapes(path, data, spheres)
     if len(data.urdf_sha256) != 64:
         raise CapabilityMapError(f"{path}: its URDF hash is no SHA-256")
+
+
+def _check_shapes(path: Path, data: MapData, spheres: int) -> None:
+    wanted = {f"{rule}_{name}" for rule in RULES for name in ("type", "axis", "opening_rad", "error_percent")}
+    if set(data.shapes) != wanted:
+        raise CapabilityMapError(f"{path}: shapes are {sorted(data.shapes)}, wanted {sorted(wanted)}")
+    for name, values in data.shapes.items():
+        shape = (spheres, 3) if name.endswith("_axis") else (spheres,)
+        if values.shape != shape or not np.isfinite(values).all():
+            raise CapabilityMapError(
+                f"{path}: shapes/{name} is {values.shape}, wanted {shape} of finite numbers"
+            )

@@ -1,0 +1,79 @@
+"""How true is a map? Its answers against fresh inverse kinematics at random views."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+
+from capability_map import shapes
+from capability_map._core import ProbeOptions, ViewProbe
+from capability_map.capability_map import CapabilityMap
+from capability_map.errors import CapabilityMapError
+from capability_map.robots import Arm
+
+
+@dataclasses.dataclass(frozen=True)
+class Accuracy:
+    """Agreement with the truth; shares in 0..1."""
+
+    method: str
+    accuracy: float  # right answers of all
+    found: float  # of the views that can be held
+    false_positives: float  # of the views that cannot be held
+
+
+def score(method: str, answer: np.ndarray, truth: np.ndarray) -> Accuracy:
+    """Compare (N,) bool answers with the truth."""
+    held, not_held = max(1, int(truth.sum())), max(1, int((~truth).sum()))
+    return Accuracy(
+        method,
+        float((answer == truth).mean()),
+        float((answer & truth).sum() / held),
+        float((answer & ~truth).sum() / not_held),
+    )
+
+
+def random_views(cap: CapabilityMap, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return tip positions (count, 3) uniform in the map's box and uniform directions (count, 3)."""
+    random = np.random.default_rng(seed)
+    size = 2.0 * cap.radius * np.asarray(cap.grid.size)
+    positions = cap.grid.origin + random.uniform(size=(count, 3)) * size
+    directions = random.normal(size=(count, 3))
+    return positions, directions / np.linalg.norm(directions, axis=1, keepdims=True)
+
+
+def fresh_truth(
+    cap: CapabilityMap, arm: Arm, positions: np.ndarray, directions: np.ndarray, roll_step_deg: float
+):
+    """Return (N,) bool by inverse kinematics with the map's own settings, but its own roll step."""
+    if arm.urdf_sha256 != cap.data.urdf_sha256:
+        raise CapabilityMapError(
+            f"the map was made for URDF {cap.data.urdf_sha256}, robot {arm.robot} has {arm.urdf_sha256}"
+        )
+    options = ProbeOptions()
+    parameters = cap.data.parameters
+    options.roll_step_rad = math.radians(roll_step_deg)
+    options.self_collision = parameters["self_collision"]
+    options.self_collision_padding_m = parameters["self_collision_padding_m"]
+    if len(cap.data.joint_names) < 6:
+        tolerance = parameters["direction_tolerance_deg"]
+        share = math.degrees(math.acos(1.0 - 2.0 / parameters["points"]))
+        options.direction_tolerance_rad = math.radians(share if tolerance is None else tolerance)
+    return ViewProbe(arm.model(), arm.group, options).decide(positions, directions)[0]
+
+
+def compare(
+    cap: CapabilityMap, truth: np.ndarray, positions: np.ndarray, directions: np.ndarray
+) -> list[Accuracy]:
+    """Score every way of asking the map."""
+    rows = cap.sphere_rows(positions, directions)
+    results = [
+        score("interpolated bits", cap.reachable(positions, directions), truth),
+        score("nearest bits", cap.reachable(positions, directions, interpolate=False), truth),
+    ]
+    for rule in shapes.RULES:
+        answer = shapes.covered(cap.data.shapes, rule, rows, -directions)
+        results.append(score(f"shapes, {rule}", answer, truth))
+    return results
