@@ -54,11 +54,16 @@ class Material:
             self.stage.evaluation(msg)
             self._made["shown"] = msg
 
-    def camera(self, yaw: float, pitch: float, size: float = 1.35, cut: float = 0.36) -> list[float]:
-        """A camera that looks at the middle of the bounds and leaves out what is nearer than the cut."""
-        low, high = self.scans.bounds
+    def camera(self, yaw: float, pitch: float, whole: bool = False, cut: float = 0.6) -> list[float]:
+        """A camera that looks at what a scan shows (or all scans), and leaves out what is nearer than the cut.
+
+        cut: as a share of the scene's diagonal, in front of its middle.
+        """
+        msg = self.scans.several if whole else self.scans.first
+        points = np.concatenate([triples(msg.occupied), triples(msg.frontier)])
+        low, high = points.min(axis=0).astype(float), points.max(axis=0).astype(float)
         reach = float(np.linalg.norm(high - low))
-        return [size * reach, yaw, pitch, *((low + high) / 2.0), (size - cut) * reach]
+        return [0.9 * reach, yaw, pitch, *((low + high) / 2.0), max(0.9 - cut, 0.01) * reach]
 
 
 def figure_2_2(m: Material) -> Figure:
@@ -169,7 +174,7 @@ def figure_3_6(m: Material) -> Figure:
         )
         m.show(view)
         words = f"depth {16 - up}: {100 * size:g} cm, {len(coarse)} occupied nodes"
-        panels.append((words, m.stage.take(["Occupied by height"], m.camera(-2.5, 0.6))))
+        panels.append((words, m.stage.take(["Occupied by height"], m.camera(-2.5, 0.6, whole=True))))
     shows = (
         "occupied nodes of the map's octree at four depths; a node is occupied when one of its children is"
     )
@@ -194,11 +199,11 @@ def figure_5_1(m: Material) -> Figure:
     sides += (
         ("from the left", 1.57, 0.2),
         ("from above", 3.1416, 1.55),
-        ("from the front, cut open: hollow", 0.0, 0.2),
+        ("cut open from behind: hollow", 3.1416, 0.2),
     )
     panels = []
     for words, yaw, pitch in sides:
-        cut = -0.02 if "hollow" in words else 0.5
+        cut = 0.0 if "hollow" in words else 0.6
         panels.append(
             (words, m.stage.take(["Frontier", "Occupied by height"], m.camera(yaw, pitch, cut=cut)))
         )
@@ -209,7 +214,7 @@ def figure_5_1(m: Material) -> Figure:
 def figure_5_2(m: Material) -> Figure:
     """The map by height."""
     m.show(m.scans.several)
-    panel = m.stage.take(["Occupied by height", "Volume and clearance"], m.camera(-2.5, 0.6))
+    panel = m.stage.take(["Occupied by height", "Volume and clearance"], m.camera(-2.5, 0.6, whole=True))
     shows = f"the map after {len(sources.WAIST_DEG)} scans by the simulated sensor, coloured by height"
     return Figure(
         [("occupied voxels by height", panel)], shows, m.scans.made_by, _lines("occupied"), ("blue",)
@@ -225,7 +230,7 @@ def figure_5_3(m: Material) -> Figure:
         ("void clusters", ["Void ellipsoids"], -2.5),
         ("void clusters from the front", ["Void ellipsoids"], 0.6),
     )
-    panels = [(words, m.stage.take([*common, *more], m.camera(yaw, 0.5))) for words, more, yaw in plan]
+    panels = [(words, m.stage.take([*common, *more], m.camera(yaw, 0.6))) for words, more, yaw in plan]
     shows = "void voxels as dots, initial ellipsoids, and the void clusters that merging leaves"
     return Figure(
         panels, shows, m.scans.made_by, _lines("occupied", "void", "ellipsoids"), ("orange", "purple")
@@ -234,7 +239,7 @@ def figure_5_3(m: Material) -> Figure:
 
 def figure_5_4(m: Material) -> Figure:
     """Frontier clusters, the four largest alone."""
-    msg, panels = m.scans.first, []
+    msg, panels = m.scans.several, []
     labels, counts = np.unique(np.asarray(msg.frontier_cluster), return_counts=True)
     for label in labels[np.argsort(-counts)][:4]:
         mask = np.asarray(msg.frontier_cluster) == label
@@ -243,14 +248,14 @@ def figure_5_4(m: Material) -> Figure:
         part.frontier_cluster = np.asarray(msg.frontier_cluster)[mask]
         m.show(part)
         words = f"cluster {label}: {mask.sum()} voxels"
-        panels.append((words, m.stage.take(["Frontier clusters", "Void"], m.camera(-2.5, 0.5))))
+        panels.append((words, m.stage.take(["Frontier clusters", "Void"], m.camera(-2.5, 0.75, whole=True))))
     shows = f"the {len(panels)} largest of {len(labels)} frontier clusters, one each; dots are void voxels"
     return Figure(panels, shows, m.scans.made_by, _lines("frontier_clusters", "void"), ("orange",))
 
 
 def figure_5_5(m: Material) -> Figure:
     """Frontier-voids, the two largest alone."""
-    msg, panels = m.scans.first, []
+    msg, panels = m.scans.several, []
     order = sorted(msg.frontier_voids, key=lambda one: -msg.ellipsoids[one.ellipsoid].voxel_count)
     for one in [fv for fv in order if len(fv.frontier_clusters)][:2]:
         part = Evaluation(
@@ -261,7 +266,9 @@ def figure_5_5(m: Material) -> Figure:
         part.frontier_voids = [one]
         m.show(part)
         words = f"void of {msg.ellipsoids[one.ellipsoid].voxel_count} voxels, {len(one.frontier_clusters)} clusters"
-        panels.append((words, m.stage.take(["Frontier-voids", "Occupied by height"], m.camera(-2.5, 0.5))))
+        panels.append(
+            (words, m.stage.take(["Frontier-voids", "Occupied by height"], m.camera(-2.5, 0.75, whole=True)))
+        )
     shows = (
         "the two largest frontier-voids: a void cluster (translucent) with the frontiers that neighbour it"
     )
@@ -281,8 +288,8 @@ def figure_5_6(m: Material) -> Figure:
 
 def figure_5_7(m: Material) -> Figure:
     """Utility."""
-    m.show(m.scans.first)
-    eye = m.camera(-2.5, 0.5)
+    m.show(m.scans.several)
+    eye = m.camera(-2.5, 0.75, whole=True)
     panels = [
         ("utility of free voxels", m.stage.take(["Utility", "Occupied by height"], eye)),
         ("with the frontier-voids", m.stage.take(["Utility", "Frontier-voids"], eye)),
