@@ -63,12 +63,19 @@ class SimConfig:
     rest_speed_rad_s: float = 0.005
     rest_time_s: float = 0.1
     settle_timeout_s: float = 3.0
+    robot_timeout_s: float = 0.0
 
     def __post_init__(self) -> None:
         number(self.real_time_factor, "real_time_factor", 0.0, 1e4)
         for name in ("physics_rate_hz", "clock_rate_hz", "joint_state_rate_hz"):
             number(getattr(self, name), name, 1.0, 1e4)
-        for name in ("goal_grace_s", "rest_speed_rad_s", "rest_time_s", "settle_timeout_s"):
+        for name in (
+            "goal_grace_s",
+            "rest_speed_rad_s",
+            "rest_time_s",
+            "settle_timeout_s",
+            "robot_timeout_s",
+        ):
             number(getattr(self, name), name, 0.0, 1e3)
         if self.renderer not in RENDERERS:
             raise SimError(f"renderer must be one of {', '.join(RENDERERS)}, got {self.renderer!r}")

@@ -92,13 +92,13 @@ class RosController:
             handle.set_rejected(result, str(err))
             return
         handle.set_accepted()
-        self._cancel_pending("replaced by a newer trajectory")
+        self.drop_pending("replaced by a newer trajectory")
         self.pending = (goal, handle)
         self.on_accepted()
 
     def _on_cancel(self, handle) -> None:
         if self.pending is not None and self.pending[1] is handle:
-            self._cancel_pending("cancelled")
+            self.drop_pending("cancelled")
         else:
             self.controller.cancel(self._now_s(), handle)
 
@@ -114,11 +114,12 @@ class RosController:
         except Refusal as err:
             rospy.logwarn("/%s/command refused: %s", self.name, err)
             return
-        self._cancel_pending("replaced by a newer trajectory")
+        self.drop_pending("replaced by a newer trajectory")
         self.pending = (goal, None)
         self.on_accepted()
 
-    def _cancel_pending(self, text: str) -> None:
+    def drop_pending(self, text: str) -> None:
+        """Forget what was accepted but not started, and say so."""
         if self.pending is not None and self.pending[1] is not None:
             _tell(Outcome(self.pending[1], "canceled", Code.SUCCESSFUL, text))
         self.pending = None

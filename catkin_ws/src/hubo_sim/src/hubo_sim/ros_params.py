@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from typing import Any
 
 import rospy
@@ -29,8 +30,11 @@ def _as_number(value: Any, declared: str) -> Any:
     return str(value) if declared == "str" else value
 
 
-def robot_spec() -> RobotSpec:
-    """The robot that upload_robot put on the parameter server. Raises SimError saying what lacks."""
+def robot_spec(timeout_s: float = 0.0) -> RobotSpec:
+    """The robot that upload_robot put on the parameter server. Raises SimError saying what lacks after timeout_s."""
+    end_s = time.monotonic() + timeout_s
+    while time.monotonic() < end_s and not rospy.has_param("/controller_list"):
+        time.sleep(0.1)
     if not rospy.has_param("/robot_description"):
         raise SimError(f"no robot: /robot_description is not set; {_UPLOAD_HINT}")
     controllers = {}

@@ -32,7 +32,7 @@ def run_node() -> None:
     rospy.set_param("/use_sim_time", True)
     rospy.init_node("hubo_sim")
     config = sim_config()
-    sim = Simulator(robot_spec(), load_world(config.world), config)
+    sim = Simulator(robot_spec(config.robot_timeout_s), load_world(config.world), config)
     try:
         SimNode(sim, config).run()
     finally:

@@ -19,6 +19,7 @@ from hubo_sim.pacer import Pacer
 from hubo_sim.requests import RequestQueue, wait_for
 from hubo_sim.ros_cameras import RosCamera
 from hubo_sim.ros_controllers import RosController
+from hubo_sim.ros_services import WorldServices
 from hubo_sim.simulator import Simulator
 
 _IDLE_WAIT_S = 0.004  # how long an idle loop waits for a request before it moves the clock on
@@ -39,7 +40,6 @@ class SimNode:
         self.sim, self.config = sim, config
         self.requests = RequestQueue()
         self.paused = False
-        self.extra_steps = 0  # physics steps that a service asked for
         self._pacer = Pacer(config.real_time_factor)
         self._scans: list[_TriggeredScan] = []
         self._grace_end_s = 0.0  # wall time
@@ -86,11 +86,40 @@ class SimNode:
         msg = transform_msg(pose, self.config.world_frame, base, time_from_ns(self.sim.clock_ns))
         self._tf_pub.publish(TFMessage([msg]))
 
+    def pause(self) -> None:
+        """Stop physics and the clock; goals are refused until unpause. A second call does nothing."""
+        self._set_paused(True)
+
+    def unpause(self) -> None:
+        """Go on where pause stopped."""
+        self._set_paused(False)
+
+    def reset(self) -> None:
+        """Robot, world, contacts and noise as at the start; active goals are aborted, the clock goes on."""
+        for controller in self.controllers:
+            controller.drop_pending("the simulation was reset")
+        for camera in self.cameras:
+            camera.scans = 0
+        self.sim.reset()
+        self._last_moving_step = self.sim.steps
+        self.publish_base_transform()
+
+    def step_now(self) -> None:
+        """One physics step although paused, with everything published that is due."""
+        self._step()
+        self._publish_due()
+
     def request_scan(self, camera: RosCamera) -> str:
         """Wait for a scan at rest; its stamp in seconds. Raises RuntimeError with the reason when it cannot be."""
         done: Future = Future()
         self.requests.post(lambda: self._scans.append(_TriggeredScan(camera, done, self.sim.steps)))
         return wait_for(done, 60.0)
+
+    def _set_paused(self, paused: bool) -> None:
+        self.paused = paused
+        for controller in self.controllers:
+            controller.accepts = not paused
+        self._pacer.restart(self.sim.clock_ns)
 
     def _open(self) -> None:
         for controller in self.controllers:
@@ -98,14 +127,13 @@ class SimNode:
             controller.open()
         for camera in self.cameras:
             camera.open(self.request_scan)
+        WorldServices(self).open()
         rospy.loginfo("hubo_sim: world %s, ready", self.sim.world.name)
 
     def _on_accepted(self) -> None:
         self._grace_end_s = time.monotonic() + self.config.goal_grace_s
 
     def _wants_physics(self) -> bool:
-        if self.extra_steps > 0:
-            return True
         if self.paused:
             return False
         if not self.config.lockstep or self.sim.is_moving:
@@ -115,7 +143,6 @@ class SimNode:
 
     def _step(self) -> None:
         self.sim.step()
-        self.extra_steps = max(self.extra_steps - 1, 0)
         if self.sim.is_moving:
             self._last_moving_step = self.sim.steps
         if self.config.scans_run_free:
@@ -145,7 +172,7 @@ class SimNode:
     def _serve_scans(self) -> None:
         if not self._scans:
             return
-        if self.sim.at_rest:
+        if self.sim.at_rest and not self.paused:
             for scan in self._scans:
                 self._make_stamp_new()
                 scan.done.set_result(f"{self._publish_scan(scan.camera).to_sec():.9f}")

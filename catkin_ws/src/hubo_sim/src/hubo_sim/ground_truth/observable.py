@@ -20,12 +20,14 @@ from hubo_sim.scene import Scene
 from hubo_sim.sim_robot import SimRobot
 from hubo_sim.worlds import Bounds, World
 
-_VERSION = 1  # of the method, part of the cache key
+_VERSION = 2  # of the method, part of the cache key
 _MIN_SAMPLES = 400
 _MAX_SAMPLES = 6000
 _WINDOW = 0.1  # settled: over the last tenth of the samples ...
 _GROWTH = 1e-3  # ... the set grew by less than this share
 _NEAR_M = 0.02
+_NEIGHBOUR_RAD = 0.3  # spread of configurations about one that found something
+_REMEMBERED = 100
 
 
 @dataclass(frozen=True)
@@ -116,7 +118,10 @@ def observable_set(
 def compute_observable(
     request: ObservableRequest, progress: Callable[[int, int], None] | None = None
 ) -> ObservableSet:
-    """Sample collision-free configurations evenly within the group's limits until the set settles."""
+    """Sample collision-free configurations of the group until the set settles.
+
+    Half of them are spread evenly within the joint limits; the others lie about ones that found new voxels.
+    """
     with Scene() as scene:
         sampler = _Sampler(request, scene)
         history, tried = [], 0
@@ -126,6 +131,7 @@ def compute_observable(
                 raise SimError("no collision-free configurations found: is the robot inside of something?")
             if sampler.place():
                 history.append(sampler.look())
+                sampler.reward(history[-1] - (history[-2] if len(history) > 1 else 0))
                 if progress and len(history) % 50 == 0:
                     progress(len(history), history[-1])
         grid = sampler.grid
@@ -184,6 +190,8 @@ class _Sampler:
         self._low = np.array([max(joint.lower, -np.pi) for joint in self._joints])
         self._high = np.array([min(joint.upper, np.pi) for joint in self._joints])
         self._sequence = qmc.Halton(len(self._joints), seed=request.seed)  # more even than random numbers
+        self._rng = np.random.default_rng(request.seed)
+        self._turn, self._good = False, []
         self._camera = DepthCamera(camera, spec.sensors[camera], self._robot, noise=False)
         self.grid = _Grid(request.resolution_m, request.bounds or world.bounds)
         full = self._camera.pinhole
@@ -193,12 +201,27 @@ class _Sampler:
 
     def place(self) -> bool:
         """Draw a configuration; whether it is free of collision."""
-        drawn = self._low + self._sequence.random()[0] * (self._high - self._low)
+        drawn = self._draw()
+        self._drawn = drawn
         client, body = self._scene.client, self._robot.body
         for joint, value in zip(self._joints, drawn, strict=True):
             client.resetJointState(body, joint.index, value)
         client.performCollisionDetection()
         return all(point[8] > 0.0 for point in client.getContactPoints(bodyA=body))
+
+    def _draw(self) -> np.ndarray:
+        """A configuration (J,): spread evenly, or every other time about one that found much of late."""
+        self._turn = not self._turn
+        if self._turn or not self._good:
+            return self._low + self._sequence.random()[0] * (self._high - self._low)
+        gains = np.array([gain for _, gain in self._good], float)
+        picked = self._good[self._rng.choice(len(gains), p=gains / gains.sum())][0]
+        return np.clip(picked + self._rng.normal(0.0, _NEIGHBOUR_RAD, len(picked)), self._low, self._high)
+
+    def reward(self, gain: int) -> None:
+        """Remember the last configuration if it found voxels."""
+        if gain > 0:
+            self._good = [*self._good[-_REMEMBERED:], (self._drawn, gain)]
 
     def look(self) -> int:
         """Mark what the camera sees from here; the number of voxels that are marked so far."""

@@ -16,8 +16,8 @@ from hubo_sim.ground_truth.triangles import (
 from hubo_sim.transforms import apply, inverse
 from hubo_sim.worlds import WorldObject
 
-# Mesh surfaces are points this close; distances to meshes are too large by at most half of it.
-MESH_SPACING_M = 0.008
+# Mesh surfaces are points this close; distances to meshes are too large by at most this.
+MESH_SPACING_M = 0.01
 _MAX_MESH_POINTS = 3_000_000
 
 
@@ -89,12 +89,12 @@ class MeshSolid(Solid):
         sides = triangles[:, 1:] - triangles[:, :1]
         area_m2 = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1).sum() / 2.0
         self.spacing_m = max(MESH_SPACING_M, 4.0 * float(np.sqrt(area_m2 / _MAX_MESH_POINTS)))
-        points = surface_points(triangles, self.spacing_m)
+        points = _thinned(surface_points(triangles, self.spacing_m), self.spacing_m / 4.0)
         self._tree = cKDTree(points)
         self._first, self._cell_m, self._inside = _flood(points, self.spacing_m)
 
     def distance(self, points: np.ndarray, cap_m: float = np.inf) -> np.ndarray:
-        """Unsigned distance (P,) of world points (P, 3), too large by at most spacing_m / 2; inf beyond cap_m."""
+        """Unsigned distance (P,) of world points (P, 3), too large by at most spacing_m; inf beyond cap_m."""
         return self._tree.query(apply(self._T_object_world, points), distance_upper_bound=cap_m)[0]
 
     def depth_inside(self, points: np.ndarray) -> np.ndarray:
@@ -107,6 +107,14 @@ class MeshSolid(Solid):
         out = np.zeros(len(points))
         out[rows] = self._tree.query(local[rows])[0]
         return out
+
+
+def _thinned(points: np.ndarray, cell_m: float) -> np.ndarray:
+    """One of the points (P, 3) in each cell that has any: slivers of a mesh are sampled many times over."""
+    cells = np.floor((points - points.min(axis=0)) / cell_m).astype(np.int64)
+    shape = cells.max(axis=0) + 1
+    keys = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
+    return points[np.unique(keys, return_index=True)[1]]
 
 
 def _flood(points: np.ndarray, spacing_m: float) -> tuple[np.ndarray, float, np.ndarray]:

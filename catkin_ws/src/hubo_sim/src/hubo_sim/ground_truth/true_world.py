@@ -24,7 +24,7 @@ class TrueWorld:
     def distance_to_surface(self, points: np.ndarray, cap_m: float = 1.0) -> np.ndarray:
         """(P,) distance [m] of world points (P, 3) to the nearest true surface, cap_m where it is further.
 
-        Exact for boxes, cylinders and spheres; for meshes too large by at most MESH_SPACING_M / 2.
+        Exact for boxes, cylinders and spheres; for meshes too large by at most MESH_SPACING_M.
         """
         out = np.full(len(points), cap_m)
         for solid in self.solids:
@@ -46,13 +46,13 @@ class TrueWorld:
         return out
 
     def surface_voxels(self, resolution_m: float, bounds: Bounds | None = None) -> np.ndarray:
-        """(V, 3) centres of the voxels that a surface passes through (to an eighth of a voxel)."""
+        """(V, 3) centres of the voxels that a surface passes through (to a quarter of a voxel)."""
         bounds = bounds or self.world.bounds
         keys = [np.zeros((0, 3), np.int64)]
         for solid in self.solids:
             if (solid.high_m < bounds.min_m).any() or (solid.low_m > bounds.max_m).any():
                 continue
-            points = surface_points(solid.triangles, 0.25 * resolution_m, bounds.min_m, bounds.max_m)
+            points = surface_points(solid.triangles, 0.5 * resolution_m, bounds.min_m, bounds.max_m)
             keys.append(np.unique(np.floor(points / resolution_m).astype(np.int64), axis=0))
         centres = (np.unique(np.concatenate(keys), axis=0) + 0.5) * resolution_m
         return centres[((centres > bounds.min_m) & (centres < bounds.max_m)).all(1)]

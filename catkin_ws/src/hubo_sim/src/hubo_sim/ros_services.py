@@ -1,0 +1,165 @@
+"""Services about the world and about time, under the names that Gazebo's have."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import rospy
+from fv_msgs import srv
+from std_srvs.srv import Empty, EmptyResponse
+
+from hubo_sim.conversions import header, pose_msg, time_from_ns, transform_from_pose
+from hubo_sim.errors import SimError
+from hubo_sim.paths import resolve_file
+from hubo_sim.robot_spec import urdf_for_bullet
+from hubo_sim.scene import place_root
+from hubo_sim.worlds import WorldObject
+
+if TYPE_CHECKING:
+    from hubo_sim.sim_node import SimNode
+
+
+class WorldServices:
+    """Pause, step and reset; spawn, delete, move and list models. Every answer is given once it is so."""
+
+    def __init__(self, node: SimNode) -> None:
+        self._node = node
+        self._sim = node.sim
+        self._ask = node.requests.ask
+
+    def open(self) -> None:
+        """Begin to listen."""
+        calls: dict[str, tuple] = {
+            "pause_physics": (Empty, self._empty(self._node.pause)),
+            "unpause_physics": (Empty, self._empty(self._node.unpause)),
+            "reset_simulation": (Empty, self._empty(self._node.reset)),
+            "reset_world": (Empty, self._empty(self._node.reset)),
+            "step_physics": (srv.StepPhysics, self._step),
+            "spawn_urdf_model": (srv.SpawnModel, lambda request: self._spawn(request, "urdf")),
+            "spawn_sdf_model": (srv.SpawnModel, lambda request: self._spawn(request, "sdf")),
+            "delete_model": (srv.DeleteModel, self._delete),
+            "get_model_state": (srv.GetModelState, self._get_state),
+            "set_model_state": (srv.SetModelState, self._set_state),
+            "get_world_properties": (srv.GetWorldProperties, self._list),
+        }
+        for name, (kind, call) in calls.items():
+            rospy.Service(f"/hubo_sim/{name}", kind, call)
+
+    def _empty(self, function: Callable[[], None]) -> Callable:
+        def call(_) -> EmptyResponse:
+            self._ask(function)
+            return EmptyResponse()
+
+        return call
+
+    def _answer(self, response: Callable, function: Callable[[], dict | None]):
+        """The response to `function` run in the simulator's thread; success tells the truth."""
+        try:
+            return response(success=True, status_message="", **(self._ask(function) or {}))
+        except (SimError, ValueError) as err:
+            return response(success=False, status_message=str(err))
+
+    def _step(self, request):
+        def done() -> dict:
+            if not self._node.paused:
+                raise SimError("the simulation is not paused: call pause_physics first")
+            for _ in range(request.steps):
+                self._node.step_now()
+            return {"sim_time": self._sim.now_s}
+
+        return self._answer(srv.StepPhysicsResponse, done)
+
+    def _spawn(self, request, shape: str):
+        def done() -> None:
+            self._require_world_frame(request.reference_frame)
+            if not request.model_name or request.model_name == self._robot_name:
+                raise SimError(f"model_name {request.model_name!r} is empty or the robot's")
+            text = request.model_xml or Path(resolve_file(request.model_file, "model_file")).read_text()
+            with tempfile.TemporaryDirectory() as folder:
+                path = Path(folder) / f"model.{shape}"
+                path.write_text(urdf_for_bullet(text) if shape == "urdf" else text)
+                pose = transform_from_pose(request.initial_pose)
+                item = WorldObject(
+                    request.model_name,
+                    shape,
+                    {"file": str(path), "scale": 1.0},
+                    pose,
+                    (1, 1, 1, 1),
+                    request.fixed,
+                    1.0,
+                )
+                self._sim.scene.add_object(item)
+            self._refuse_inside_robot(request.model_name)
+
+        return self._answer(srv.SpawnModelResponse, done)
+
+    def _refuse_inside_robot(self, name: str) -> None:
+        scene, robot = self._sim.scene, self._sim.robot
+        scene.client.performCollisionDetection()
+        touching = scene.client.getContactPoints(bodyA=robot.body, bodyB=scene.bodies[name])
+        if any(point[8] < 0.0 for point in touching):
+            scene.remove_object(name)
+            link = robot.link_name[touching[0][3]]
+            raise SimError(f"model {name!r} would be inside of the robot's {link}: not spawned")
+
+    def _delete(self, request):
+        return self._answer(
+            srv.DeleteModelResponse, lambda: self._sim.scene.remove_object(self._existing(request.model_name))
+        )
+
+    def _get_state(self, request):
+        def done() -> dict:
+            self._require_world_frame(request.relative_entity_name)
+            out = srv.GetModelStateResponse()
+            head = header(time_from_ns(self._sim.clock_ns), self._node.config.world_frame)
+            if request.model_name == self._robot_name:
+                return {"header": head, "pose": pose_msg(self._sim.robot.link_pose(self._sim.spec.base_link))}
+            scene, name = self._sim.scene, self._existing(request.model_name)
+            linear, angular = scene.client.getBaseVelocity(scene.bodies[name])
+            out.twist.linear.x, out.twist.linear.y, out.twist.linear.z = linear
+            out.twist.angular.x, out.twist.angular.y, out.twist.angular.z = angular
+            return {"header": head, "pose": pose_msg(scene.object_pose(name)), "twist": out.twist}
+
+        return self._answer(srv.GetModelStateResponse, done)
+
+    def _set_state(self, request):
+        def done() -> None:
+            pose = transform_from_pose(request.pose)
+            if request.model_name == self._robot_name:
+                self._sim.robot.move_base(pose)
+                self._node.publish_base_transform()
+                return
+            linear, angular = request.twist.linear, request.twist.angular
+            twist = np.array([[v.x, v.y, v.z] for v in (linear, angular)])
+            if not np.isfinite(twist).all():
+                raise SimError("twist must be finite")
+            body = self._sim.scene.bodies[self._existing(request.model_name)]
+            place_root(self._sim.scene.client, body, pose)
+            self._sim.scene.client.resetBaseVelocity(body, *twist.tolist())
+
+        return self._answer(srv.SetModelStateResponse, done)
+
+    def _list(self, _):
+        def done() -> dict:
+            return {"sim_time": self._sim.now_s, "model_names": [self._robot_name, *self._sim.scene.bodies]}
+
+        return self._answer(srv.GetWorldPropertiesResponse, done)
+
+    @property
+    def _robot_name(self) -> str:
+        return self._sim.spec.config.get("name", "robot")
+
+    def _existing(self, name: str) -> str:
+        known = self._sim.scene.bodies
+        if name not in known:
+            raise SimError(f"no model {name!r}; there are: {', '.join([self._robot_name, *known])}")
+        return name
+
+    def _require_world_frame(self, frame: str) -> None:
+        world = self._node.config.world_frame
+        if frame not in ("", "world", world):
+            raise SimError(f"frame {frame!r} is not supported, only {world!r}")

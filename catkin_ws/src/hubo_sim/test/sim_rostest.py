@@ -1,0 +1,223 @@
+#!/usr/bin/env python3
+"""The simulator as its users meet it: HUBO in the office, in lockstep."""
+
+import math
+import sys
+import threading
+import unittest
+
+import actionlib
+import numpy as np
+import rospy
+import rostest
+from actionlib_msgs.msg import GoalStatus
+from control_msgs.msg import (
+    FollowJointTrajectoryAction,
+    FollowJointTrajectoryGoal,
+    FollowJointTrajectoryResult,
+)
+from control_msgs.srv import QueryTrajectoryState
+from fv_msgs import srv
+from fv_msgs.msg import Contacts
+from geometry_msgs.msg import Pose
+from sensor_msgs.msg import JointState, PointCloud2
+from std_srvs.srv import Empty, Trigger
+from tf2_msgs.msg import TFMessage
+from trajectory_msgs.msg import JointTrajectoryPoint
+
+from hubo_sim.config import SimConfig
+from hubo_sim.conversions import points_from_cloud
+from hubo_sim.ground_truth import TrueWorld
+from hubo_sim.robot_source import load_robot_spec
+from hubo_sim.simulator import Simulator
+from hubo_sim.transforms import apply
+from hubo_sim.worlds import load_world
+
+ARM = ["RSP", "RSR", "RSY", "REP", "RWY", "RWP"]
+READY = [-0.6, -0.2, 0.0, -1.7, 0.0, 0.73]
+BOX = '<robot name="b"><link name="l"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial><visual><geometry><box size="0.2 0.2 0.2"/></geometry></visual><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link></robot>'  # noqa: E501
+
+
+def arm_goal(positions, seconds, names=ARM):
+    goal = FollowJointTrajectoryGoal()
+    goal.trajectory.joint_names = list(names)
+    point = JointTrajectoryPoint(positions=list(positions), velocities=[0.0] * len(positions))
+    point.time_from_start = rospy.Duration(seconds)
+    goal.trajectory.points = [point]
+    return goal
+
+
+def pose_at(x, y, z):
+    pose = Pose()
+    pose.position.x, pose.position.y, pose.position.z, pose.orientation.w = x, y, z, 1.0
+    return pose
+
+
+class SimTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.arm = actionlib.SimpleActionClient(
+            "/huboplus/right_hand_controller/follow_joint_trajectory", FollowJointTrajectoryAction
+        )
+        assert cls.arm.wait_for_server(rospy.Duration(60)), "no action server"
+        rospy.wait_for_service("/hubo_sim/get_world_properties", 30)
+        cls.trigger = rospy.ServiceProxy("/camera/trigger", Trigger)
+
+    def setUp(self):
+        self.call("unpause_physics", Empty)
+        self.call("reset_simulation", Empty)
+
+    def call(self, name, kind, **fields):
+        return rospy.ServiceProxy(f"/hubo_sim/{name}", kind)(**fields)
+
+    def positions(self):
+        state = rospy.wait_for_message("/joint_states", JointState, 5)
+        return np.array([state.position[state.name.index(name)] for name in ARM])
+
+    def run_goal(self, goal):
+        self.arm.send_goal_and_wait(goal, rospy.Duration(20))
+        return self.arm.get_result().error_code
+
+    def scan(self):
+        """A triggered scan, with the joint states that came under the same stamp before it."""
+        states, clouds, arrived = {}, [], threading.Event()
+        joints = rospy.Subscriber("/joint_states", JointState, lambda m: states.update({m.header.stamp: m}))
+        cloud = rospy.Subscriber(
+            "/camera/depth/points", PointCloud2, lambda m: (clouds.append(m), arrived.set())
+        )
+        while not (joints.get_num_connections() and cloud.get_num_connections()):
+            rospy.sleep(0.02)
+        answer = self.trigger()
+        self.assertTrue(answer.success, answer.message)
+        self.assertTrue(arrived.wait(10))
+        rospy.sleep(0.1)
+        for subscriber in (joints, cloud):
+            subscriber.unregister()
+        self.assertAlmostEqual(float(answer.message), clouds[0].header.stamp.to_sec(), places=6)
+        return clouds[0], states.get(clouds[0].header.stamp)
+
+    def test_trajectory_is_executed_within_tolerance(self):
+        target = [0.2, -0.6, 0.3, -1.0, 0.4, -0.3]
+        self.assertEqual(self.run_goal(arm_goal(target, 2.0)), FollowJointTrajectoryResult.SUCCESSFUL)
+        self.assertLess(np.abs(self.positions() - target).max(), 0.01)
+
+    def test_cloud_points_lie_on_true_surfaces(self):
+        cloud, state = self.scan()
+        self.assertIsNotNone(state, "no joint states at the scan's stamp")
+        self.assertEqual(
+            (cloud.width, cloud.height, cloud.header.frame_id), (320, 240, "hand_camera_optical_frame")
+        )
+        spec, world = load_robot_spec("hubo"), load_world("office")
+        sim = Simulator(spec, world, SimConfig(renderer="tiny", noise=False))
+        sim.robot.set_positions(dict(zip(state.name, state.position, strict=True)))
+        camera = sim.cameras["hand_camera"]
+        points = points_from_cloud(cloud).reshape(-1, 3)
+        points = points[np.isfinite(points).all(1)]
+        self.assertGreater(len(points), 30000)
+        distance = TrueWorld(world).distance_to_surface(apply(camera.pose(), points.astype(float)))
+        sigma = 0.0012 + 0.0019 * np.square(points[:, 2] - 0.4)
+        sim.close()
+        self.assertLess(np.median(distance), 0.01)
+        self.assertGreater((distance < 3 * sigma + 0.002).mean(), 0.97)
+
+    def test_cancel_stops_and_holds(self):
+        self.arm.send_goal(arm_goal([0.5, -1.0, 0.5, -0.5, 0.5, 0.0], 60.0))
+        rospy.sleep(1.0)
+        self.arm.cancel_goal()
+        self.assertTrue(self.arm.wait_for_result(rospy.Duration(10)))
+        self.assertEqual(self.arm.get_state(), GoalStatus.PREEMPTED)
+        self.trigger()  # comes back at rest
+        held = self.positions()
+        self.assertGreater(np.abs(held - READY).max(), 1e-3, "it never moved")
+        rospy.sleep(0.5)
+        self.assertLess(np.abs(self.positions() - held).max(), 2e-3)
+
+    def test_newer_goal_preempts_the_active_one(self):
+        first = actionlib.ActionClient(self.arm.action_client.ns, FollowJointTrajectoryAction)
+        self.assertTrue(first.wait_for_server(rospy.Duration(10)))
+        old = first.send_goal(arm_goal([0.5, -1.0, 0.5, -0.5, 0.5, 0.0], 60.0))
+        rospy.sleep(0.5)
+        self.assertEqual(self.run_goal(arm_goal(READY, 1.0)), FollowJointTrajectoryResult.SUCCESSFUL)
+        self.assertEqual(old.get_goal_status(), GoalStatus.PREEMPTED)
+
+    def test_wrong_joints_and_nan_are_rejected_with_codes(self):
+        for goal, code in (
+            (arm_goal([0.0] * 5, 1.0, ARM[:5]), FollowJointTrajectoryResult.INVALID_JOINTS),
+            (arm_goal([math.nan] + [0.0] * 5, 1.0), FollowJointTrajectoryResult.INVALID_GOAL),
+            (arm_goal([0.0] * 5, 1.0), FollowJointTrajectoryResult.INVALID_GOAL),
+        ):
+            self.assertEqual(self.run_goal(goal), code)
+            self.assertEqual(self.arm.get_state(), GoalStatus.REJECTED)
+
+    def test_pause_stops_time_and_refuses_goals_until_unpause(self):
+        self.call("pause_physics", Empty)
+        before = self.call("get_world_properties", srv.GetWorldProperties).sim_time
+        self.arm.send_goal(arm_goal(READY, 1.0))
+        for _ in range(200):
+            if self.arm.get_state() == GoalStatus.REJECTED:
+                break
+            threading.Event().wait(0.02)  # ROS time stands still
+        self.assertEqual(self.arm.get_state(), GoalStatus.REJECTED)
+        self.assertIn("paused", self.arm.get_goal_status_text())
+        self.assertEqual(self.call("get_world_properties", srv.GetWorldProperties).sim_time, before)
+        stepped = self.call("step_physics", srv.StepPhysics, steps=24)
+        self.assertAlmostEqual(stepped.sim_time - before, 0.1, places=6)
+        self.assertFalse(self.trigger().success)
+        self.call("unpause_physics", Empty)
+        self.assertFalse(self.call("step_physics", srv.StepPhysics, steps=1).success)
+        self.assertEqual(self.run_goal(arm_goal(READY, 1.0)), FollowJointTrajectoryResult.SUCCESSFUL)
+
+    def test_spawned_model_is_listed_seen_moved_and_deleted(self):
+        spawn = {"model_name": "box", "model_xml": BOX, "fixed": True}
+        self.assertTrue(
+            self.call("spawn_urdf_model", srv.SpawnModel, initial_pose=pose_at(1, -0.8, 1), **spawn).success
+        )
+        taken = self.call("spawn_urdf_model", srv.SpawnModel, initial_pose=pose_at(1, -0.8, 1), **spawn)
+        self.assertFalse(taken.success)
+        self.assertIn("exists", taken.status_message)
+        self.assertIn("box", self.call("get_world_properties", srv.GetWorldProperties).model_names)
+        self.assertTrue(
+            self.call("set_model_state", srv.SetModelState, model_name="box", pose=pose_at(1, 1, 2)).success
+        )
+        state = self.call("get_model_state", srv.GetModelState, model_name="box")
+        self.assertAlmostEqual(state.pose.position.z, 2.0, places=6)
+        self.assertTrue(self.call("delete_model", srv.DeleteModel, model_name="box").success)
+        self.assertFalse(self.call("delete_model", srv.DeleteModel, model_name="box").success)
+
+    def test_spawn_inside_the_robot_or_of_broken_xml_is_refused(self):
+        inside = self.call(
+            "spawn_urdf_model", srv.SpawnModel, model_name="in", model_xml=BOX, initial_pose=pose_at(0, 0, 1)
+        )
+        self.assertFalse(inside.success)
+        self.assertIn("inside", inside.status_message)
+        for xml in ("<robot", "<robot name='x'/>", ""):
+            answer = self.call(
+                "spawn_urdf_model",
+                srv.SpawnModel,
+                model_name="bad",
+                model_xml=xml,
+                initial_pose=pose_at(1, 1, 1),
+            )
+            self.assertFalse(answer.success)
+            self.assertTrue(answer.status_message)
+        self.assertNotIn("bad", self.call("get_world_properties", srv.GetWorldProperties).model_names)
+
+    def test_moving_without_touching_counts_no_contact_and_tf_ties_the_base(self):
+        self.run_goal(arm_goal(READY, 1.0))
+        contacts = rospy.wait_for_message("/hubo_sim/contacts", Contacts, 5)
+        self.assertEqual((contacts.total, contacts.pairs), (0, []))
+        static = rospy.wait_for_message("/tf_static", TFMessage, 5).transforms[0]
+        self.assertEqual((static.header.frame_id, static.child_frame_id), ("world", "base_link"))
+        self.assertGreater(static.transform.translation.z, 0.8)
+
+    def test_query_state_tells_the_trajectory(self):
+        self.run_goal(arm_goal(READY, 1.0))
+        query = rospy.ServiceProxy("/huboplus/right_hand_controller/query_state", QueryTrajectoryState)
+        answer = query(rospy.Time.now())
+        self.assertEqual(answer.name, ARM)
+        self.assertLess(np.abs(np.array(answer.position) - READY).max(), 1e-6)
+
+
+if __name__ == "__main__":
+    rospy.init_node("sim_rostest")
+    rostest.rosrun("hubo_sim", "sim", SimTest, sys.argv)
