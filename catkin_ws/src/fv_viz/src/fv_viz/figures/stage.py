@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import os
-import socket
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -20,17 +18,10 @@ from visualization_msgs.msg import MarkerArray
 
 from fv_viz import packing, shapes
 from fv_viz.config import ScreenshotConfig
-from fv_viz.offscreen import processes
 from fv_viz.offscreen.camera import Camera
+from fv_viz.session import Session
 
 FRAME = Header(frame_id="world")
-
-
-def free_port() -> int:
-    """A TCP port that nobody uses now."""
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        return probe.getsockname()[1]
 
 
 class Stage:
@@ -38,7 +29,7 @@ class Stage:
 
     def __init__(self, width: int = 960, height: int = 720) -> None:
         self._size = width, height
-        self._children: list[subprocess.Popen] = []
+        self._session = Session(verbose="FV_FIGURES_VERBOSE" in os.environ)
         self._publishers: dict[str, rospy.Publisher] = {}
         self._folder = tempfile.TemporaryDirectory()
         self._drawn = self._sequence = 0
@@ -55,13 +46,12 @@ class Stage:
     def __exit__(self, *_) -> None:
         if hasattr(self, "_camera"):
             self._camera.close()
-        for child in reversed(self._children):
-            processes.stop(child)
+        self._session.__exit__()
         self._folder.cleanup()
 
     def run(self, package: str, program: str, *arguments: str) -> subprocess.Popen:
         """Start a node of this stage."""
-        return self._start("rosrun", package, program, *arguments)
+        return self._session.rosrun(package, program, *arguments)
 
     def evaluation(self, msg: Evaluation) -> None:
         """Have an evaluation drawn."""
@@ -113,26 +103,16 @@ class Stage:
         return Picture.open(path).convert("RGB")
 
     def _open(self) -> None:
-        port = free_port()
-        os.environ["ROS_MASTER_URI"], os.environ["ROS_HOSTNAME"] = f"http://localhost:{port}", "localhost"
         os.environ.setdefault("ROS_HOME", os.path.join(self._folder.name, "ros"))
         os.environ.setdefault("LIBGL_ALWAYS_SOFTWARE", "1")
-        self._start("roscore", "-p", str(port))
-        _wait_for_master(port)
+        self._session.__enter__()
         rospy.init_node("figures", anonymous=True, disable_signals=True)
         rviz = Path(rospkg.RosPack().get_path("fv_viz")) / "rviz" / "figures.rviz"
-        self._start("rosrun", "fv_viz", "viz_node", "_frontier_alpha:=1.0", "_max_dots:=200000", "_ghosts:=6")
+        self._session.rosrun("fv_viz", "viz_node", "_frontier_alpha:=1.0", "_max_dots:=200000", "_ghosts:=6")
         self._subscriber = rospy.Subscriber("/fv_viz/drawn", UInt64, self._on_drawn, queue_size=1)
         width, height = self._size
         self._camera = Camera(ScreenshotConfig(config=str(rviz), width=width, height=height))
         self._camera.start()
-
-    def _start(self, *command: str) -> subprocess.Popen:
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        if os.environ.get("FV_FIGURES_VERBOSE"):
-            quiet = {"stdout": sys.stderr, "stderr": sys.stderr}
-        self._children.append(subprocess.Popen(command, preexec_fn=processes.die_with_parent, **quiet))
-        return self._children[-1]
 
     def _on_drawn(self, msg: UInt64) -> None:
         self._drawn = msg.data
@@ -141,13 +121,3 @@ class Stage:
         if topic not in self._publishers:
             self._publishers[topic] = rospy.Publisher(topic, kind, latch=True, queue_size=2)
         return self._publishers[topic]
-
-
-def _wait_for_master(port: int, timeout_s: float = 20.0) -> None:
-    deadline = time.monotonic() + timeout_s
-    while time.monotonic() < deadline:
-        with socket.socket() as probe:
-            if probe.connect_ex(("localhost", port)) == 0:
-                return
-        time.sleep(0.1)
-    raise RuntimeError(f"no ROS master within {timeout_s:g} s")
