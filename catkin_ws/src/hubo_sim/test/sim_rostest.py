@@ -124,7 +124,7 @@ class SimTest(unittest.TestCase):
         self.arm.send_goal(arm_goal([0.5, -1.0, 0.5, -0.5, 0.5, 0.0], 60.0))
         rospy.sleep(1.0)
         self.arm.cancel_goal()
-        self.assertTrue(self.arm.wait_for_result(rospy.Duration(10)))
+        self.assertTrue(self.arm.wait_for_result(rospy.Duration(50)))
         self.assertEqual(self.arm.get_state(), GoalStatus.PREEMPTED)
         self.trigger()  # comes back at rest
         held = self.positions()

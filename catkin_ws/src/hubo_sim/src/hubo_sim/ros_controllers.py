@@ -97,7 +97,7 @@ class RosController:
         self.on_accepted()
 
     def _on_cancel(self, handle) -> None:
-        if self.pending is not None and self.pending[1] is handle:
+        if self.pending is not None and self.pending[1] == handle:
             self.drop_pending("cancelled")
         else:
             self.controller.cancel(self._now_s(), handle)

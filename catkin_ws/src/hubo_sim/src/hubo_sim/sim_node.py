@@ -72,6 +72,7 @@ class SimNode:
             self.requests.serve(self._pacer.ahead_s(self.sim.clock_ns))
             if self._pacer.ahead_s(self.sim.clock_ns) <= 0.0:
                 self._step()
+            time.sleep(0.0)  # lets the ROS threads have Python's lock, which a busy loop would hold
         else:
             self.requests.serve(_IDLE_WAIT_S)
             self._sleep()

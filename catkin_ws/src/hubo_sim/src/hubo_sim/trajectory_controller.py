@@ -156,7 +156,7 @@ class TrajectoryController:
 
     def cancel(self, now_s: float, handle: Any = None) -> None:
         """Come to rest and hold; with a handle only if that goal is the active one."""
-        if handle is not None and (self.active is None or self.active.handle is not handle):
+        if handle is not None and (self.active is None or self.active.handle != handle):
             return
         self._finish("canceled", Code.SUCCESSFUL, "cancelled")
         self._stop(now_s)
