@@ -122,7 +122,7 @@ def explore(arguments: argparse.Namespace, nodes: ExplorationNodes, folder: Path
     }
     if not arguments.no_truth and (folder / "map_points.npz").exists():
         progress.say("comparing the map with the world")
-        record["truth"] = compare_with_world(nodes, folder)
+        record["truth"] = compare_with_world(nodes.world, arguments.robot, nodes.camera, folder, progress)
         record["explored_share"] = record["truth"]["explored_share"]
     progress.end()
     return record

@@ -72,7 +72,7 @@ class ExplorationNodes:
             self.world = load_world(arguments.world)
         except (RobotDescriptionError, SimError) as error:
             raise SessionError(str(error)) from error
-        camera = self.robot.sensors[self.robot.config.exploration.camera]
+        self.camera = camera = self.robot.sensors[self.robot.config.exploration.camera]
         self.config["scan"]["cloud_topic"] = f"{camera.topic}/depth/points"
         self.config["scan"]["trigger_service"] = f"{camera.topic}/trigger"
 
