@@ -6,15 +6,16 @@ import os
 from pathlib import Path
 
 
-def workspace_root() -> Path:
-    """Return the folder that holds `catkin_ws`, or the current folder when this package was installed elsewhere."""
+def data_folder() -> Path:
+    """Return `$FV_DATA`, or else `data` beside `catkin_ws`, or in the current folder when installed elsewhere."""
+    if os.environ.get("FV_DATA"):
+        return Path(os.environ["FV_DATA"])
     for parent in Path(__file__).resolve().parents:
         if parent.name == "catkin_ws":
-            return parent.parent
-    return Path.cwd()
+            return parent.parent / "data"
+    return Path.cwd() / "data"
 
 
 def default_map_path(robot: str, group: str) -> Path:
-    """Return `<root>/data/capability_maps/<robot>_<group>.h5`; root is `$FV_DATA`, or else the workspace's."""
-    root = Path(os.environ.get("FV_DATA") or workspace_root())
-    return root / "data" / "capability_maps" / f"{robot}_{group}.h5"
+    """Return `capability_maps/<robot>_<group>.h5` in the data folder."""
+    return data_folder() / "capability_maps" / f"{robot}_{group}.h5"
