@@ -6,5 +6,7 @@
 namespace ompl_planner {
 
 void bindScenes(pybind11::module_& m);
+void bindTiming(pybind11::module_& m);
+void bindPlanner(pybind11::module_& m);
 
 }  // namespace ompl_planner

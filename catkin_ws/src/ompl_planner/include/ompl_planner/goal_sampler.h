@@ -19,7 +19,7 @@ struct GoalState {
 };
 
 struct GoalStates {
-  std::vector<GoalState> states;       ///< Free of collision, best score first.
+  std::vector<GoalState> states;       ///< Free of collision, best score per way to go first.
   std::uint32_t poses_tried{0};
   std::uint32_t poses_reachable{0};
   std::string blocked_reason;          ///< Of one solution in collision, when there was any.

@@ -7,10 +7,12 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "ompl_planner/config.h"
 #include "ompl_planner/plan_types.h"
+#include "ompl_planner/prepared_world.h"
 
 namespace ompl_planner {
 
@@ -23,7 +25,8 @@ struct JointRates {
 /// Called when a stage of planning begins: "goals", "search", "shortcut", "timing", "judge".
 using StageCallback = std::function<void(const std::string&)>;
 
-/// Plans collision-free, timed motions of any group of one robot. Stateless between requests; one call of solve at a time
+/// Plans collision-free, timed motions of any group of one robot. Keeps nothing of a request but the
+/// distance field of its map, which changes no answer; one call of solve at a time
 /// in a process (see findPath).
 class MotionPlanner {
  public:
@@ -45,6 +48,10 @@ class MotionPlanner {
   /// @param request Its group, start, map, transform and unknown-space policy are used.
   std::string judge(const PlanRequest& request, const TimedTrajectory& trajectory, double start_time_s = 0.0) const;
 
+  /// Builds what a request on this map will need, so that it does not wait for it. Uses the request's group, start, map,
+  /// transform and unknown-space policy. @throws as RobotModel::group for an unknown group.
+  void warm(const PlanRequest& request) const;
+
   /// Box in the map frame that no link can leave, whatever the joints do [m].
   Eigen::AlignedBox3d reach(const Eigen::Isometry3d& T_map_root) const;
 
@@ -53,13 +60,16 @@ class MotionPlanner {
   void run(Job& job) const;
   bool prepareStart(Job& job) const;
   bool collectGoals(Job& job) const;
+  std::optional<JointPath> straightPath(const Job& job) const;
   bool search(Job& job) const;
+  bool shorten(Job& job) const;
   bool timeAndJudge(Job& job) const;
   MotionLimits limitsOf(const fv_robot_model::Group& group) const;
 
   std::shared_ptr<const fv_robot_model::RobotModel> model_;
   std::map<std::string, JointRates> rates_;
   PlannerConfig config_;
+  std::shared_ptr<WorldMemory> worlds_;
   std::map<std::string, std::shared_ptr<const fv_robot_model::SelfCollision>> self_;  ///< By group.
 };
 

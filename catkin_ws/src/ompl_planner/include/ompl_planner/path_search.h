@@ -19,6 +19,7 @@ struct SearchProblem {
   std::function<bool(const JointVector&)> valid;
   std::function<bool(const JointVector&, const JointVector&)> edge_valid;
   double range_rad{0.6};
+  std::size_t quality_rounds{3000};  ///< For planners that go on improving a path.
 };
 
 /// Names that findPath accepts.

@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "ompl_planner/fast_collision.h"
 #include "ompl_planner/time_parameterization.h"
 #include "ompl_planner/world_collision.h"
 
@@ -19,27 +20,32 @@ class StateChecker {
  public:
   /// @param q_all Values of all joints; those of the group are replaced by each checked state.
   /// @param self  May be null: then the robot is not checked against itself.
+  /// @param fast  May be null; else it answers in place of `world`, which it wraps.
   StateChecker(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
                const Eigen::VectorXd& q_all, std::shared_ptr<const WorldCollision> world,
-               std::shared_ptr<const fv_robot_model::SelfCollision> self, double joint_step_rad);
+               std::shared_ptr<const fv_robot_model::SelfCollision> self, double joint_step_rad,
+               std::shared_ptr<const WorldCheck> fast = nullptr);
 
   bool valid(const JointVector& q) const;
   /// What is hit at q; empty when nothing is.
   std::string whyInvalid(const JointVector& q) const;
   /// Are all states of the straight line free, at steps of joint_step_rad or less? The ends are not asked.
-  bool edgeValid(const JointVector& from, const JointVector& to) const;
+  bool edgeValid(const JointVector& from, const JointVector& to) const { return edgeValid(from, to, joint_step_); }
+  bool edgeValid(const JointVector& from, const JointVector& to, double joint_step_rad) const;
+
+  /// T_root_link of all links at q; valid until the next call of any member.
+  const fv_robot_model::LinkPoses& posesAt(const JointVector& q) const;
 
   /// Number of states checked so far.
   std::size_t checks() const { return checks_; }
 
  private:
-  const fv_robot_model::LinkPoses& posesAt(const JointVector& q) const;
-
   const fv_robot_model::RobotModel& model_;
   const fv_robot_model::Group& group_;
   std::shared_ptr<const WorldCollision> world_;
   std::shared_ptr<const fv_robot_model::SelfCollision> self_;
   double joint_step_;
+  std::shared_ptr<const WorldCheck> fast_;
   mutable Eigen::VectorXd q_all_;
   mutable fv_robot_model::LinkPoses poses_;
   mutable std::size_t checks_{0};

@@ -70,6 +70,9 @@ class WorldCollision {
   /// The first contact in the order of the links; empty when all are free.
   std::optional<WorldContact> firstContact(const fv_robot_model::LinkPoses& poses) const;
   bool inContact(const fv_robot_model::LinkPoses& poses) const { return firstContact(poses).has_value(); }
+  /// The first contact of one link that the group moves.
+  std::optional<WorldContact> contactOf(const fv_robot_model::LinkPoses& poses, int link) const;
+  bool hasAllowance(int link) const { return allowance_.links.count(link) != 0; }
 
   /// Forgives contacts of the start up to max_depth_m (of the padded links).
   /// @return A contact that is deeper: then nothing is forgiven and the start is in collision.
@@ -80,10 +83,17 @@ class WorldCollision {
   std::optional<WorldContact> contactAtDepth(const fv_robot_model::LinkPoses& poses, int link, double depth_m) const;
 
  private:
+  struct Placement {
+    explicit Placement(const Eigen::Isometry3d& T) : T_map_shape(T), T_shape_map(T.inverse()) {}
+    Eigen::Isometry3d T_map_shape;
+    Eigen::Isometry3d T_shape_map;
+  };
+  template <typename Visit>
+  bool visitObstacles(const CollisionBody& body, const Placement& at, const Visit& visit) const;
   std::optional<WorldContact> linkContact(int link, const std::vector<CollisionBody>& bodies,
                                           const Eigen::Isometry3d& T_map_link,
                                           std::vector<std::size_t>* all_voxels) const;
-  bool meets(const CollisionBody& body, const Eigen::Isometry3d& T_map_shape, const VoxelIndex& index) const;
+  bool meets(const CollisionBody& body, const Placement& at, const VoxelIndex& index) const;
   bool forgiven(int link, const Eigen::Isometry3d& T_map_link, const VoxelIndex& index) const;
   std::vector<CollisionBody> shrunkenBodies(int link, double depth_m) const;
 

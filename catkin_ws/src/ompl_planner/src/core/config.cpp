@@ -23,9 +23,12 @@ const std::vector<NumberField>& numberFields() {
       {"self_padding_m", &C::self_padding_m, 0.0, 0.5},
       {"start_tolerance_m", &C::start_tolerance_m, 0.0, 0.2},
       {"joint_step_rad", &C::joint_step_rad, 1e-4, 0.2},
+      {"search_step_rad", &C::search_step_rad, 1e-4, 0.5},
+      {"field_cap_m", &C::field_cap_m, 0.02, 0.8},
       {"limit_tolerance_rad", &C::limit_tolerance_rad, 0.0, 0.2},
       {"position_tolerance_m", &C::position_tolerance_m, 1e-6, 1.0},
       {"angle_tolerance_rad", &C::angle_tolerance_rad, 1e-6, 3.15},
+      {"quality_rounds", &C::quality_rounds, 1, 1e9},
       {"range_rad", &C::range_rad, 1e-2, 100.0},
       {"ik_starts", &C::ik_starts, 1, 10000},
       {"max_goal_states", &C::max_goal_states, 1, 100000},
@@ -39,13 +42,28 @@ const std::vector<NumberField>& numberFields() {
   return fields;
 }
 
+struct TextField {
+  const char* name;
+  std::string PlannerConfig::*member;
+};
+
+constexpr TextField kTextFields[] = {{"planner", &PlannerConfig::planner},
+                                     {"world_check", &PlannerConfig::world_check}};
+
 std::string validNames() {
-  std::string names = "planner";
+  std::string names = "planner, world_check";
   for (const auto& field : numberFields()) names += std::string(", ") + field.name;
   return names;
 }
 
-void setNumber(PlannerConfig& config, const std::string& name, const ConfigValue& value) {
+void setOne(PlannerConfig& config, const std::string& name, const ConfigValue& value) {
+  for (const auto& field : kTextFields) {
+    if (name != field.name) continue;
+    const auto* text = std::get_if<std::string>(&value);
+    if (text == nullptr) throw std::invalid_argument("parameter '" + name + "' must be a string");
+    config.*(field.member) = *text;
+    return;
+  }
   for (const auto& field : numberFields()) {
     if (name != field.name) continue;
     const double* number = std::get_if<double>(&value);
@@ -60,26 +78,23 @@ void setNumber(PlannerConfig& config, const std::string& name, const ConfigValue
 
 void PlannerConfig::set(const std::map<std::string, ConfigValue>& values) {
   PlannerConfig changed = *this;
-  for (const auto& [name, value] : values) {
-    if (name != "planner") {
-      setNumber(changed, name, value);
-      continue;
-    }
-    const auto* text = std::get_if<std::string>(&value);
-    if (text == nullptr) throw std::invalid_argument("parameter 'planner' must be a string");
-    changed.planner = *text;
-  }
+  for (const auto& [name, value] : values) setOne(changed, name, value);
   changed.validate();
   *this = changed;
 }
 
 std::map<std::string, ConfigValue> PlannerConfig::values() const {
-  std::map<std::string, ConfigValue> out{{"planner", planner}};
+  std::map<std::string, ConfigValue> out;
+  for (const auto& field : kTextFields) out[field.name] = this->*(field.member);
   for (const auto& field : numberFields()) out[field.name] = this->*(field.member);
   return out;
 }
 
 void PlannerConfig::validate() const {
+  if (world_check != "distance_field" && world_check != "fcl_octree") {
+    throw std::invalid_argument("parameter 'world_check' is '" + world_check +
+                                "', valid: distance_field, fcl_octree");
+  }
   for (const auto& field : numberFields()) {
     const double value = this->*(field.member);
     if (!(value >= field.low && value <= field.high)) {

@@ -97,17 +97,33 @@ bool isKnown(const std::vector<JointVector>& solutions, const JointVector& q) {
                      [&](const JointVector& other) { return maxJointStep(other, q) < kSameSolutionRad; });
 }
 
-/// Solutions of one pose, distinct, the one found from the start state first.
-std::vector<JointVector> solutionsOf(const RobotModel& model, const Group& group, const PoseTarget& target,
-                                     const PoseIk& ik, const JointVector& start, int starts,
-                                     std::mt19937_64& random, const StopCondition& stop) {
-  std::vector<JointVector> solutions;
-  for (int i = 0; i < starts && !stop(); ++i) {
-    const JointVector seed = i == 0 ? start : randomState(model, group, random);
-    const auto q = ik.solve(target, seed);
-    if (q && !isKnown(solutions, *q)) solutions.push_back(*q);
+/// Value of reaching a goal state: its score, from 0.1 for the lowest to 1 for the highest, per way to go.
+double valuePerCost(const PlanRequest& request, const GoalState& goal, const JointVector& start) {
+  double score = 1.0;
+  if (!request.goal_scores.empty()) {
+    const auto [low, high] = std::minmax_element(request.goal_scores.begin(), request.goal_scores.end());
+    const double own = request.goal_scores[static_cast<std::size_t>(goal.goal_index)];
+    if (*high > *low) score = 0.1 + 0.9 * (own - *low) / (*high - *low);
   }
-  return solutions;
+  return score / (0.5 + (goal.q - start).norm());
+}
+
+void sortByValue(const PlanRequest& request, const JointVector& start, std::vector<GoalState>& states) {
+  std::stable_sort(states.begin(), states.end(), [&](const GoalState& a, const GoalState& b) {
+    return valuePerCost(request, a, start) > valuePerCost(request, b, start);
+  });
+}
+
+PoseTarget targetOf(const RobotModel& model, const Group& group, const PlanRequest& request,
+                    const PlannerConfig& config) {
+  PoseTarget target;
+  target.T_tip_tool = tipToTool(model, group, request.tip_link);
+  target.free_roll = request.free_roll;
+  target.position_tolerance_m =
+      request.position_tolerance_m > 0.0 ? request.position_tolerance_m : config.position_tolerance_m;
+  target.angle_tolerance_rad =
+      request.angle_tolerance_rad > 0.0 ? request.angle_tolerance_rad : config.angle_tolerance_rad;
+  return target;
 }
 
 }  // namespace
@@ -144,34 +160,34 @@ Eigen::Isometry3d tipToTool(const RobotModel& model, const Group& group, const s
 GoalStates sampleGoalStates(const RobotModel& model, const Group& group, const PlanRequest& request,
                             const PlannerConfig& config, const PoseIk& ik, const StateChecker& checker,
                             const StopCondition& stop) {
-  PoseTarget target;
-  target.T_tip_tool = tipToTool(model, group, request.tip_link);
-  target.free_roll = request.free_roll;
-  target.position_tolerance_m =
-      request.position_tolerance_m > 0.0 ? request.position_tolerance_m : config.position_tolerance_m;
-  target.angle_tolerance_rad =
-      request.angle_tolerance_rad > 0.0 ? request.angle_tolerance_rad : config.angle_tolerance_rad;
+  PoseTarget target = targetOf(model, group, request, config);
   const auto base = static_cast<std::size_t>(model.linkIndex(group.base_link));
   const Eigen::Isometry3d T_base_map = (request.T_map_root * model.forward(request.start_all)[base]).inverse();
   const JointVector start = groupValues(group, request.start_all);
+  const auto order = byScore(request);
+  std::vector<std::vector<JointVector>> solutions(order.size());  // by pose
   std::mt19937_64 random(request.seed);
 
   GoalStates goals;
-  for (const std::size_t index : byScore(request)) {
-    if (stop() || goals.states.size() >= static_cast<std::size_t>(config.max_goal_states)) break;
-    target.T_base_tool = T_base_map * request.goal_poses[index];
-    ++goals.poses_tried;
-    const auto solutions =
-        solutionsOf(model, group, target, ik, start, static_cast<int>(config.ik_starts), random, stop);
-    goals.poses_reachable += solutions.empty() ? 0 : 1;
-    for (const JointVector& q : solutions) {
-      if (checker.valid(q)) {
-        goals.states.push_back({q, static_cast<int>(index)});
+  const auto enough = [&] { return goals.states.size() >= static_cast<std::size_t>(config.max_goal_states); };
+  // Round by round over all poses, so that many views share the effort; the first round starts from where the arm is.
+  for (int round = 0; round < static_cast<int>(config.ik_starts); ++round) {
+    for (const std::size_t index : order) {
+      if (enough() || stop()) break;
+      if (round == 0) ++goals.poses_tried;
+      target.T_base_tool = T_base_map * request.goal_poses[index];
+      const auto q = ik.solve(target, round == 0 ? start : randomState(model, group, random));
+      if (!q || isKnown(solutions[index], *q)) continue;
+      goals.poses_reachable += solutions[index].empty() ? 1 : 0;
+      solutions[index].push_back(*q);
+      if (checker.valid(*q)) {
+        goals.states.push_back({*q, static_cast<int>(index)});
       } else if (goals.blocked_reason.empty()) {
-        goals.blocked_reason = "pose " + std::to_string(index) + ": " + checker.whyInvalid(q);
+        goals.blocked_reason = "pose " + std::to_string(index) + ": " + checker.whyInvalid(*q);
       }
     }
   }
+  sortByValue(request, start, goals.states);
   if (goals.poses_reachable == 0) {
     goals.unreachable_reason = "none of " + std::to_string(goals.poses_tried) + " poses has a solution for group '" +
                                group.name + "' (" + std::to_string(static_cast<int>(config.ik_starts)) +

@@ -9,6 +9,7 @@
 #include "ompl_planner/goal_sampler.h"
 #include "ompl_planner/path_search.h"
 #include "ompl_planner/path_shortcut.h"
+#include "ompl_planner/prepared_world.h"
 #include "ompl_planner/state_checker.h"
 
 namespace ompl_planner {
@@ -87,8 +88,10 @@ struct MotionPlanner::Job {
   JointVector start{};
   std::unique_ptr<StateChecker> searcher{};  ///< With search margin.
   std::unique_ptr<StateChecker> judge{};
+  std::shared_ptr<const FastCollision> fast{};
   GoalStates goals{};
   JointPath path{};
+  double search_step{0.0};  ///< Joint step of the search's edges [rad].
 
   void beginStage(const std::string& name) {
     endStage();
@@ -114,6 +117,8 @@ MotionPlanner::MotionPlanner(std::shared_ptr<const RobotModel> model, const std:
   if (std::find(names.begin(), names.end(), config_.planner) == names.end()) {
     throw std::invalid_argument("parameter 'planner': unknown planner '" + config_.planner + "'");
   }
+  worlds_ = std::make_shared<WorldMemory>(config_.field_cap_m, config_.padding_m + config_.search_margin_m,
+                                          config_.world_check == "fcl_octree");
   for (const std::string& name : model_->groupNames()) {
     const fv_robot_model::SelfCollisionConfig self_config{config_.self_padding_m, true};
     self_[name] = std::make_shared<fv_robot_model::SelfCollision>(*model_, model_->group(name), self_config);
@@ -152,14 +157,21 @@ void MotionPlanner::run(Job& job) const {
   if (!prepareStart(job)) return;
   job.beginStage("goals");
   if (!collectGoals(job)) return;
-  job.beginStage("search");
-  if (!search(job)) return;
-  job.beginStage("shortcut");
-  const auto edge_valid = [&job](const JointVector& a, const JointVector& b) { return job.searcher->edgeValid(a, b); };
-  job.path = shortcut(job.path, edge_valid, static_cast<int>(config_.shortcut_rounds), job.request.seed,
-                      [&job] { return job.stop(); });
+  // Coarse steps first; what they overlook shows in the fine check of the result, and then fine steps find a way.
+  for (const double step : {config_.search_step_rad, config_.joint_step_rad}) {
+    job.search_step = step;
+    job.beginStage("search");
+    if (!search(job)) return;
+    job.beginStage("shortcut");
+    if (shorten(job)) break;
+  }
   job.beginStage("timing");
   if (!timeAndJudge(job)) return;
+  job.result.clearance_m = config_.field_cap_m;
+  for (const JointVector& q : job.result.trajectory.positions) {
+    const auto& poses = job.searcher->posesAt(q);
+    job.result.clearance_m = std::min(job.result.clearance_m, job.fast->clearance(poses, config_.field_cap_m));
+  }
   job.result.status = PlanStatus::Success;
   job.result.message = "planned";
 }
@@ -173,21 +185,28 @@ bool MotionPlanner::prepareStart(Job& job) const {
                                                     "' by more than the tolerance");
   }
   const auto poses = model_->forward(request.start_all);
-  const auto grid = std::make_shared<VoxelGrid>(applyPolicy(*request.map.grid, request.unknown_space, *model_, job.group,
-                                                            poses, request.T_map_root, request.bubble_radius_m));
-  const bool outside_is_free = request.unknown_space == UnknownSpace::Free;
+  const PreparedWorld prepared = worlds_->get(request.map.grid, request.unknown_space, request.bubble_radius_m, *model_,
+                                              job.group, poses, request.T_map_root);
   const auto& self = self_.at(job.group.name);
   for (auto* checker : {&job.judge, &job.searcher}) {
-    const double margin = checker == &job.searcher ? config_.search_margin_m : 0.0;
-    auto world = std::make_shared<WorldCollision>(*model_, job.group, request.T_map_root, grid,
-                                                  config_.padding_m + margin, outside_is_free);
+    const bool searching = checker == &job.searcher;
+    const double margin = searching ? config_.search_margin_m : 0.0;
+    const double padding = config_.padding_m + margin;
+    auto world = std::make_shared<WorldCollision>(*model_, job.group, request.T_map_root, prepared.grid, padding,
+                                                  prepared.outside_is_free);
     if (const auto contact = world->allowStart(poses, config_.start_tolerance_m + margin)) {
       const bool unknown = contact->kind == Voxel::Unknown;
       return job.fail(unknown ? PlanStatus::StartInUnknown : PlanStatus::StartInCollision,
                       "start: " + describe(*model_, *contact));
     }
+    auto fast = std::make_shared<FastCollision>(prepared.covers, prepared.field, world, request.T_map_root);
+    std::shared_ptr<const WorldCheck> check = searching ? fast : nullptr;
+    if (searching && prepared.octree) {
+      check = std::make_shared<OctreeCollision>(*model_, job.group, request.T_map_root, prepared.octree, world, padding);
+    }
+    job.fast = fast;
     *checker = std::make_unique<StateChecker>(*model_, job.group, request.start_all, world, self,
-                                              config_.joint_step_rad);
+                                              config_.joint_step_rad, check);
   }
   if (const auto pair = self->firstContact(poses)) {
     return job.fail(PlanStatus::StartInCollision,
@@ -217,6 +236,14 @@ bool MotionPlanner::collectGoals(Job& job) const {
                       " poses have solutions, all of them in collision; " + job.goals.blocked_reason);
 }
 
+std::optional<JointPath> MotionPlanner::straightPath(const Job& job) const {
+  for (const GoalState& goal : job.goals.states) {
+    if (job.stop()) break;
+    if (job.searcher->edgeValid(job.start, goal.q)) return JointPath{job.start, goal.q};
+  }
+  return std::nullopt;
+}
+
 bool MotionPlanner::search(Job& job) const {
   SearchProblem problem;
   const auto joints = job.group.joint_indices.size();
@@ -235,10 +262,14 @@ bool MotionPlanner::search(Job& job) const {
   problem.start = job.start;
   for (const GoalState& goal : job.goals.states) problem.goals.push_back(goal.q);
   problem.valid = [&job](const JointVector& q) { return job.searcher->valid(q); };
-  problem.edge_valid = [&job](const JointVector& a, const JointVector& b) { return job.searcher->edgeValid(a, b); };
+  problem.edge_valid = [&job](const JointVector& a, const JointVector& b) {
+    return job.searcher->edgeValid(a, b, job.search_step);
+  };
   problem.range_rad = config_.range_rad;
+  problem.quality_rounds = static_cast<std::size_t>(config_.quality_rounds);
   const std::string& planner = job.request.planner.empty() ? config_.planner : job.request.planner;
-  auto path = findPath(problem, planner, job.request.seed, [&job] { return job.stop(); });
+  auto path = straightPath(job);
+  if (!path) path = findPath(problem, planner, job.request.seed, [&job] { return job.stop(); });
   if (!path) {
     return job.fail(PlanStatus::NoPath, planner + " found no path to " + std::to_string(problem.goals.size()) +
                                             " goal states (" + std::to_string(job.searcher->checks()) +
@@ -250,6 +281,19 @@ bool MotionPlanner::search(Job& job) const {
       job.result.goal_index = goal.goal_index;
       break;
     }
+  }
+  return true;
+}
+
+/// False when fine steps find an obstacle on the path that the search overlooked.
+bool MotionPlanner::shorten(Job& job) const {
+  const auto edge_valid = [&job](const JointVector& a, const JointVector& b) {
+    return job.searcher->edgeValid(a, b, job.search_step);
+  };
+  const auto stop = [&job] { return job.stop(); };
+  job.path = shortcut(job.path, edge_valid, static_cast<int>(config_.shortcut_rounds), job.request.seed, stop);
+  for (std::size_t i = 1; i < job.path.size(); ++i) {
+    if (!job.searcher->edgeValid(job.path[i - 1], job.path[i])) return false;
   }
   return true;
 }
@@ -324,6 +368,12 @@ bool MotionPlanner::timeAndJudge(Job& job) const {
   if (refused.empty()) return true;
   job.result.trajectory = {};
   return job.fail(PlanStatus::NoPath, "the judge refused the found path: " + refused);
+}
+
+void MotionPlanner::warm(const PlanRequest& request) const {
+  const Group& group = model_->group(request.group);
+  worlds_->get(request.map.grid, request.unknown_space, request.bubble_radius_m, *model_, group,
+               model_->forward(request.start_all), request.T_map_root);
 }
 
 std::string MotionPlanner::judge(const PlanRequest& request, const TimedTrajectory& trajectory,

@@ -4,7 +4,11 @@
 #include <ompl/base/goals/GoalStates.h>
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 #include <ompl/geometric/PathGeometric.h>
+#include <ompl/geometric/planners/informedtrees/BITstar.h>
+#include <ompl/geometric/planners/kpiece/LBKPIECE1.h>
+#include <ompl/geometric/planners/prm/LazyPRM.h>
 #include <ompl/geometric/planners/rrt/RRTConnect.h>
+#include <ompl/geometric/planners/rrt/RRTstar.h>
 #include <ompl/util/Console.h>
 #include <ompl/util/RandomNumbers.h>
 
@@ -102,17 +106,42 @@ ob::ProblemDefinitionPtr makeDefinition(const ob::SpaceInformationPtr& info, con
   return definition;
 }
 
-using Factory = ob::PlannerPtr (*)(const ob::SpaceInformationPtr&, const SearchProblem&);
+struct Kind {
+  ob::PlannerPtr (*make)(const ob::SpaceInformationPtr&, const SearchProblem&);
+  bool improves;  ///< Goes on after the first path.
+};
 
-ob::PlannerPtr makeRrtConnect(const ob::SpaceInformationPtr& info, const SearchProblem& problem) {
-  auto planner = std::make_shared<og::RRTConnect>(info);
+template <typename Planner>
+ob::PlannerPtr make(const ob::SpaceInformationPtr& info, const SearchProblem&) {
+  return std::make_shared<Planner>(info);
+}
+
+template <typename Planner>
+ob::PlannerPtr makeWithRange(const ob::SpaceInformationPtr& info, const SearchProblem& problem) {
+  auto planner = std::make_shared<Planner>(info);
   planner->setRange(problem.range_rad);
   return planner;
 }
 
-const std::map<std::string, Factory>& factories() {
-  static const std::map<std::string, Factory> table{{"RRTConnect", &makeRrtConnect}};
+/// OMPL's PRM is not among them: it looks for solutions in a second thread, so equal requests give different paths.
+const std::map<std::string, Kind>& kinds() {
+  static const std::map<std::string, Kind> table{{"BITstar", {&make<og::BITstar>, true}},
+                                                 {"LBKPIECE", {&makeWithRange<og::LBKPIECE1>, false}},
+                                                 {"LazyPRM", {&make<og::LazyPRM>, false}},
+                                                 {"RRTConnect", {&makeWithRange<og::RRTConnect>, false}},
+                                                 {"RRTstar", {&makeWithRange<og::RRTstar>, true}}};
   return table;
+}
+
+/// Ends when stop fires and, for planners that go on improving, after so many rounds: counted, so that equal requests give
+/// equal paths.
+ob::PlannerTerminationCondition termination(const std::function<bool()>& stop, bool improves, std::size_t rounds) {
+  if (!improves) return ob::PlannerTerminationCondition(stop);
+  auto left = std::make_shared<std::size_t>(rounds);
+  return ob::PlannerTerminationCondition([stop, left] {
+    if (*left > 0) --*left;
+    return *left == 0 || stop();
+  });
 }
 
 }  // namespace
@@ -120,7 +149,7 @@ const std::map<std::string, Factory>& factories() {
 const std::vector<std::string>& plannerNames() {
   static const std::vector<std::string> names = [] {
     std::vector<std::string> list;
-    for (const auto& [name, factory] : factories()) list.push_back(name);
+    for (const auto& [name, kind] : kinds()) list.push_back(name);
     return list;
   }();
   return names;
@@ -128,8 +157,8 @@ const std::vector<std::string>& plannerNames() {
 
 std::optional<JointPath> findPath(const SearchProblem& problem, const std::string& planner, std::uint32_t seed,
                                   const std::function<bool()>& stop) {
-  const auto factory = factories().find(planner);
-  if (factory == factories().end()) {
+  const auto kind = kinds().find(planner);
+  if (kind == kinds().end()) {
     std::string valid;
     for (const auto& name : plannerNames()) valid += (valid.empty() ? "" : ", ") + name;
     throw std::invalid_argument("unknown planner '" + planner + "'; valid: " + valid);
@@ -138,10 +167,10 @@ std::optional<JointPath> findPath(const SearchProblem& problem, const std::strin
   ompl::RNG::setSeed(seed + 1U == 0U ? 1U : seed + 1U);  // OMPL takes 0 for "any"
   const auto info = makeSpace(problem);
   const auto definition = makeDefinition(info, problem);
-  const auto search = factory->second(info, problem);
+  const auto search = kind->second.make(info, problem);
   search->setProblemDefinition(definition);
   search->setup();
-  search->solve(ob::PlannerTerminationCondition(stop));
+  search->solve(termination(stop, kind->second.improves, problem.quality_rounds));
   if (!definition->hasExactSolution()) return std::nullopt;
   const auto* solution = definition->getSolutionPath()->as<og::PathGeometric>();
   JointPath path;

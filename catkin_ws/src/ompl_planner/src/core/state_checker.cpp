@@ -8,12 +8,14 @@ namespace ompl_planner {
 
 StateChecker::StateChecker(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
                            const Eigen::VectorXd& q_all, std::shared_ptr<const WorldCollision> world,
-                           std::shared_ptr<const fv_robot_model::SelfCollision> self, double joint_step_rad)
+                           std::shared_ptr<const fv_robot_model::SelfCollision> self, double joint_step_rad,
+                           std::shared_ptr<const WorldCheck> fast)
     : model_(model),
       group_(group),
       world_(std::move(world)),
       self_(std::move(self)),
       joint_step_(joint_step_rad),
+      fast_(std::move(fast)),
       q_all_(q_all),
       poses_(model.forward(q_all)) {}
 
@@ -26,7 +28,8 @@ const fv_robot_model::LinkPoses& StateChecker::posesAt(const JointVector& q) con
 bool StateChecker::valid(const JointVector& q) const {
   ++checks_;
   const auto& poses = posesAt(q);
-  return !(self_ && self_->inContact(poses)) && !world_->inContact(poses);
+  if (fast_ ? fast_->inContact(poses) : world_->inContact(poses)) return false;
+  return !(self_ && self_->inContact(poses));
 }
 
 std::string StateChecker::whyInvalid(const JointVector& q) const {
@@ -39,8 +42,8 @@ std::string StateChecker::whyInvalid(const JointVector& q) const {
   return {};
 }
 
-bool StateChecker::edgeValid(const JointVector& from, const JointVector& to) const {
-  const int steps = static_cast<int>(std::ceil(maxJointStep(from, to) / joint_step_));
+bool StateChecker::edgeValid(const JointVector& from, const JointVector& to, double joint_step_rad) const {
+  const int steps = static_cast<int>(std::ceil(maxJointStep(from, to) / joint_step_rad));
   // Coarse steps first: a blocked edge is mostly found in the middle.
   for (int stride = 16; stride >= 1; stride /= 2) {
     for (int i = stride; i < steps; i += stride) {

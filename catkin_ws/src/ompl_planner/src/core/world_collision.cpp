@@ -119,10 +119,13 @@ WorldCollision::WorldCollision(const fv_robot_model::RobotModel& model, const fv
 
 std::optional<WorldContact> WorldCollision::firstContact(const fv_robot_model::LinkPoses& poses) const {
   for (const int link : links_) {
-    const Eigen::Isometry3d T_map_link = T_map_root_ * poses[static_cast<std::size_t>(link)];
-    if (auto contact = linkContact(link, bodies_.at(link), T_map_link, nullptr)) return contact;
+    if (auto contact = contactOf(poses, link)) return contact;
   }
   return std::nullopt;
+}
+
+std::optional<WorldContact> WorldCollision::contactOf(const fv_robot_model::LinkPoses& poses, int link) const {
+  return linkContact(link, bodies_.at(link), T_map_root_ * poses[static_cast<std::size_t>(link)], nullptr);
 }
 
 std::optional<WorldContact> WorldCollision::contactAtDepth(const fv_robot_model::LinkPoses& poses, int link,
@@ -168,45 +171,64 @@ std::optional<WorldContact> WorldCollision::linkContact(int link, const std::vec
                                                         const Eigen::Isometry3d& T_map_link,
                                                         std::vector<std::size_t>* all_voxels) const {
   std::optional<WorldContact> first;
-  for (const CollisionBody& body : bodies) {
-    const Eigen::Isometry3d T_map_shape = T_map_link * body.shape.T_link_shape;
-    const Eigen::AlignedBox3d box = mapBounds(body.bounds, T_map_shape);
-    const VoxelIndex low = grid_->indexOf(box.min());
-    const VoxelIndex high = grid_->indexOf(box.max());
-    for (int x = low.x(); x <= high.x(); ++x) {
-      for (int y = low.y(); y <= high.y(); ++y) {
-        for (int z = low.z(); z <= high.z(); ++z) {
-          const VoxelIndex index(x, y, z);
-          const bool inside = grid_->contains(index);
-          if (inside ? grid_->at(index) == Voxel::Free : outside_is_free_) continue;
-          if (!meets(body, T_map_shape, index)) continue;
-          if (!first) first = WorldContact{link, index, grid_->at(index), grid_->centerOf(index)};
-          if (all_voxels == nullptr) {
-            if (!inside || !forgiven(link, T_map_link, index)) return first;
-            first.reset();
-          } else if (inside) {
-            all_voxels->push_back(grid_->offset(index));
-          }
-        }
-      }
+  const auto visit = [&](const CollisionBody& body, const Placement& at, const VoxelIndex& index) {
+    if (!meets(body, at, index)) return true;
+    const bool inside = grid_->contains(index);
+    const WorldContact contact{link, index, grid_->at(index), grid_->centerOf(index)};
+    if (all_voxels != nullptr) {
+      if (!first) first = contact;
+      if (inside) all_voxels->push_back(grid_->offset(index));
+      return true;
     }
+    if (inside && forgiven(link, T_map_link, index)) return true;
+    first = contact;
+    return false;
+  };
+  for (const CollisionBody& body : bodies) {
+    if (!visitObstacles(body, Placement(T_map_link * body.shape.T_link_shape), visit)) break;
   }
   return first;
 }
 
-bool WorldCollision::meets(const CollisionBody& body, const Eigen::Isometry3d& T_map_shape,
-                           const VoxelIndex& index) const {
+/// Calls visit for each obstacle voxel in the body's box until it returns false; then returns false too.
+template <typename Visit>
+bool WorldCollision::visitObstacles(const CollisionBody& body, const Placement& at, const Visit& visit) const {
+  const Eigen::AlignedBox3d box = mapBounds(body.bounds, at.T_map_shape);
+  const VoxelIndex low = grid_->indexOf(box.min());
+  const VoxelIndex high = grid_->indexOf(box.max());
+  const bool leaves_grid = !grid_->contains(low) || !grid_->contains(high);
+  for (int x = low.x(); x <= high.x(); ++x) {
+    for (int y = low.y(); y <= high.y(); ++y) {
+      if (leaves_grid) {
+        for (int z = low.z(); z <= high.z(); ++z) {
+          const VoxelIndex index(x, y, z);
+          const bool obstacle = grid_->contains(index) ? grid_->at(index) != Voxel::Free : !outside_is_free_;
+          if (obstacle && !visit(body, at, index)) return false;
+        }
+        continue;
+      }
+      const std::size_t row = grid_->offset({x, y, low.z()});  // z lies side by side in memory
+      for (int z = low.z(); z <= high.z(); ++z) {
+        if (grid_->atOffset(row + static_cast<std::size_t>(z - low.z())) == Voxel::Free) continue;
+        if (!visit(body, at, VoxelIndex(x, y, z))) return false;
+      }
+    }
+  }
+  return true;
+}
+
+bool WorldCollision::meets(const CollisionBody& body, const Placement& at, const VoxelIndex& index) const {
   const Eigen::Vector3d center = grid_->centerOf(index);
   const double half = 0.5 * grid_->resolution();
   // The voxel's inner and outer balls decide most cases.
-  const double distance = fv_robot_model::signedDistance(body.shape, T_map_shape.inverse() * center);
+  const double distance = fv_robot_model::signedDistance(body.shape, at.T_shape_map * center);
   if (distance > half * std::sqrt(3.0)) return false;
   if (distance <= half) return true;
   Eigen::Isometry3d T_map_voxel = Eigen::Isometry3d::Identity();
   T_map_voxel.translation() = center;
   fcl::CollisionRequestd request;
   fcl::CollisionResultd result;
-  return fcl::collide(body.geometry.get(), T_map_shape, voxel_box_.get(), T_map_voxel, request, result) > 0;
+  return fcl::collide(body.geometry.get(), at.T_map_shape, voxel_box_.get(), T_map_voxel, request, result) > 0;
 }
 
 bool WorldCollision::forgiven(int link, const Eigen::Isometry3d& T_map_link, const VoxelIndex& index) const {
@@ -214,7 +236,7 @@ bool WorldCollision::forgiven(int link, const Eigen::Isometry3d& T_map_link, con
   if (found == allowance_.links.end()) return false;
   if (found->second.voxels.count(grid_->offset(index)) == 0) return false;
   for (const CollisionBody& body : found->second.bodies) {
-    if (meets(body, T_map_link * body.shape.T_link_shape, index)) return false;
+    if (meets(body, Placement(T_map_link * body.shape.T_link_shape), index)) return false;
   }
   return true;
 }
