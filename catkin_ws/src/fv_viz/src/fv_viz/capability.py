@@ -41,21 +41,24 @@ def balls(header: Header, centers, valid, radius: float, namespace: str = "index
     return [packing.pack_marker(out, centers, rgba)]
 
 
-def cone(
-    header: Header, apex, axis, half_angle: float, length: float, color, number: int, double: bool
+def structure(
+    header: Header, center, axis, opening: float, kind: str, radius: float, color, number: int = 0
 ) -> bytes:
-    """A cone (or double cone) that opens along axis (3,) from apex (3,) [m], as translucent triangles."""
+    """The structure of one sphere as translucent triangles: a cone, or two that bound a double cone or a ring.
+
+    center (3,) [m], axis (3,) of unit length, opening: angle between axis and sheet [rad].
+    """
     side = np.cross(axis, [1.0, 0.0, 0.0] if abs(axis[0]) < 0.9 else [0.0, 1.0, 0.0])
     side /= np.linalg.norm(side)
     turn = np.linspace(0.0, 2.0 * np.pi, 37)[:, None]
-    rim = np.cos(half_angle) * axis + np.sin(half_angle) * (
+    rim = np.cos(opening) * axis + np.sin(opening) * (
         np.cos(turn) * side + np.sin(turn) * np.cross(axis, side)
     )
-    sheets = [rim, -rim] if double else [rim]
+    sheets = [rim] if kind == "cone" else [rim, -rim]
     zero = np.zeros(3)
     triangles = [[zero, a, b] for sheet in sheets for a, b in itertools.pairwise(sheet)]
     out = shapes.marker(header, "shapes", Marker.TRIANGLE_LIST, color, 0.35, number)
-    return packing.pack_marker(out, np.asarray(apex) + length * np.array(triangles).reshape(-1, 3))
+    return packing.pack_marker(out, np.asarray(center) + 1.25 * radius * np.array(triangles).reshape(-1, 3))
 
 
 def near_planes(centers: np.ndarray, origin: np.ndarray, radius: float) -> np.ndarray:
@@ -71,28 +74,3 @@ def near_rows(centers: np.ndarray, origin: np.ndarray, radius: float, count: int
     sizes = np.bincount(inverse.ravel())
     order = np.lexsort((-sizes, np.abs(keys[:, 0]) + np.abs(keys[:, 1])))
     return np.isin(inverse.ravel(), order[:count])
-
-
-def fit_cone(valid: np.ndarray, directions: np.ndarray) -> tuple[str, np.ndarray, float, float]:
-    """Kind, axis (3,), half opening angle [rad] and fit of the best structure of one sphere (thesis 3.2).
-
-    valid (N,) bool; kinds: "cone", "double cone", "ring". The axis is the first moment of the valid points for a cone
-    and an eigenvector of their second moment for the others; the angle makes the share of the area right, and the fit
-    is the share of points that the structure classifies as they are.
-    """
-    chosen, share = directions[valid], float(valid.mean())
-    moment = chosen.mean(axis=0) if len(chosen) else np.array([0.0, 0.0, 1.0])
-    _, axes = np.linalg.eigh(chosen.T @ chosen) if len(chosen) else (None, np.eye(3))
-    length = np.linalg.norm(moment)
-    cases = (
-        ("cone", moment / length if length > 1e-9 else axes[:, 2], np.arccos(np.clip(1 - 2 * share, -1, 1))),
-        ("double cone", axes[:, 2], np.arccos(np.clip(1 - share, -1, 1))),
-        ("ring", axes[:, 0], np.arccos(np.clip(share, -1, 1))),
-    )
-    found = []
-    for kind, axis, angle in cases:
-        along = directions @ axis
-        inside = along >= np.cos(angle) if kind == "cone" else np.abs(along) >= np.cos(angle)
-        inside = ~inside if kind == "ring" else inside
-        found.append((kind, axis, float(angle), float((inside == valid).mean())))
-    return max(found, key=lambda one: one[3])

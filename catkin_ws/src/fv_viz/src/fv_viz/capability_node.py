@@ -22,7 +22,7 @@ def main(arguments: list[str] | None = None) -> int:
     )
     parser.add_argument("map", type=Path, help="file that rosrun capability_map build made")
     parser.add_argument(
-        "--every", type=int, default=1, metavar="K", help="show every K-th sphere as spikes (%(default)s)"
+        "--every", type=int, default=1, metavar="K", help="spikes of every K-th sphere only (%(default)s)"
     )
     options = parser.parse_args(rospy.myargv(arguments or sys.argv)[1:])
     try:
@@ -50,18 +50,17 @@ def layers(s: sources.Spheres, every: int) -> dict[str, list[bytes]]:
 
 
 def structures(s: sources.Spheres, rows: np.ndarray) -> list[bytes]:
-    """Cones, double cones and rings fitted to some spheres, one colour for each kind."""
+    """Cones, double cones and rings of some spheres, one colour for each kind; none for a map without."""
     header, tones = (
         Header(frame_id=s.base_frame),
         {"cone": "views", "double cone": "clearance", "ring": "void"},
     )
     out = []
-    for number, row in enumerate(rows):
-        kind, axis, angle, _ = capability.fit_cone(s.valid[row], s.directions)
-        tone = colors.rgb(tones[kind])
-        out.append(
-            capability.cone(header, s.centers[row], axis, angle, s.radius, tone, number, kind != "cone")
-        )
+    for number, row in enumerate(rows if len(s.kinds) else ()):
+        kind = sources.KINDS[s.kinds[row]]
+        if kind in tones:
+            form = (s.centers[row], s.axes[row], s.openings[row], kind, 0.7 * s.radius)
+            out.append(capability.structure(header, *form, colors.rgb(tones[kind]), number))
     return out
 
 

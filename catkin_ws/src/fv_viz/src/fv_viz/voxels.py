@@ -66,9 +66,10 @@ class VoxelBlocks:
         index, values = self._lattice(centers, values)
         self._grow(index)
         grid = np.zeros_like(self._grid)
-        if len(index):
-            z, y, x = (index - self._low * self.block + 1).T
-            grid[z, y, x] = values
+        if index.size:
+            z, y, x = index - (self._low * self.block - 1).astype(np.int32)[:, None]
+            rows, columns = grid.shape[1:]
+            grid.reshape(-1)[(z.astype(np.intp) * rows + y) * columns + x] = values
         changed = grid != self._grid
         self._grid = grid
         return self._touched(changed)
@@ -94,18 +95,21 @@ class VoxelBlocks:
 
     def _lattice(self, centers: np.ndarray, values: np.ndarray | int) -> tuple[np.ndarray, np.ndarray | int]:
         centers = np.asarray(centers, dtype=np.float32).reshape(-1, 3)
-        finite = np.isfinite(centers).all(axis=1)
-        if not finite.all():
+        if not np.isfinite(centers).all():
+            finite = np.isfinite(centers).all(axis=1)
             centers = centers[finite]
             values = values[finite] if np.ndim(values) else values
-        index = np.rint(centers[:, ::-1] / np.float32(self.resolution) - np.float32(0.5)).astype(np.int64)
-        return index, values
+        scaled = np.ascontiguousarray(centers.T[::-1])  # rows of z, y, x: several times faster to reduce
+        scaled *= np.float32(1.0 / self.resolution)
+        scaled -= np.float32(0.5)
+        return np.rint(scaled, out=scaled).astype(np.int32), values
 
     def _grow(self, index: np.ndarray) -> None:
-        """Make the grid cover the voxels (N, 3); it never shrinks."""
-        if not len(index):
+        """Make the grid cover the voxels (3, N); it never shrinks."""
+        if not index.size:
             return
-        low, high = index.min(axis=0) // self.block, index.max(axis=0) // self.block + 1
+        low, high = (getattr(index, end)(axis=1).astype(np.int64) // self.block for end in ("min", "max"))
+        high += 1
         if self._counts.all():
             low = np.minimum(low, self._low)
             high = np.maximum(high, self._low + self._counts)
@@ -121,16 +125,18 @@ class VoxelBlocks:
         self._grid, self._low, self._counts = grid, low, high - low
 
     def _touched(self, changed: np.ndarray) -> list[tuple[int, int, int]]:
-        if not changed.any():
+        """Blocks with a changed voxel or a 6-neighbour of one: its faces may appear or go."""
+        cells = np.stack(np.unravel_index(np.flatnonzero(changed), changed.shape), axis=-1)
+        if not len(cells):
             return []
-        spread = changed[1:-1, 1:-1, 1:-1].copy()
-        spread |= changed[2:, 1:-1, 1:-1]
-        spread |= changed[:-2, 1:-1, 1:-1]
-        spread |= changed[1:-1, 2:, 1:-1]
-        spread |= changed[1:-1, :-2, 1:-1]
-        spread |= changed[1:-1, 1:-1, 2:]
-        spread |= changed[1:-1, 1:-1, :-2]
-        return self._names(self._any_per_block(spread))
+        touched = np.zeros(self._counts, dtype=bool)
+        for axis in range(3):
+            for step in (-1, 0, 1):
+                near = cells - 1
+                near[:, axis] += step
+                inside = (near[:, axis] >= 0) & (near[:, axis] < self._counts[axis] * self.block)
+                touched[tuple((near[inside] // self.block).T)] = True
+        return self._names(touched)
 
     def _any_per_block(self, core: np.ndarray) -> np.ndarray:
         (nz, ny, nx), size = self._counts, self.block

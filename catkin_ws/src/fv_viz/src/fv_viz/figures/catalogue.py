@@ -149,15 +149,13 @@ def figure_3_4(m: Material) -> Figure:
 def figure_3_5(m: Material) -> Figure:
     """Spheres and their structures."""
     s, panels = m.spheres, []
+    if not len(s.kinds):
+        raise sources.NoData("the capability map has no structures; build it again")
     share = s.valid.mean(axis=1)
-    order = np.flatnonzero((share > 0.08) & (share < 0.92))
-    fits = [capability.fit_cone(s.valid[k], s.directions) for k in order]
-    for kind in ("cone", "double cone", "ring"):
-        best = max(
-            (k for k in range(len(order)) if fits[k][0] == kind), key=lambda k: fits[k][3], default=None
-        )
-        if best is not None:
-            panels.append(_structure(m, s, int(order[best]), fits[best]))
+    for number, kind in list(enumerate(sources.KINDS))[1:]:
+        rows = np.flatnonzero((s.kinds == number) & (share > 0.08) & (share < 0.92))
+        if len(rows):
+            panels.append(_structure(m, s, int(rows[np.argmin(s.errors[rows])]), kind))
     shows = "reachability spheres of the map, one that each structure fits best, with axis and opening angle"
     return Figure(panels, shows, s.made_by, _index(), ("green",))
 
@@ -339,22 +337,22 @@ def _capability(m: Material, display: str, blobs: list[bytes], centers, pitch: f
     return m.stage.take([display, "Robot"], [1.35 * reach, yaw, pitch, *middle])
 
 
-def _structure(m: Material, s: sources.Spheres, row: int, fit: tuple[str, np.ndarray, float, float]):
+def _structure(m: Material, s: sources.Spheres, row: int, kind: str):
     """One sphere with its structure and axis."""
-    kind, axis, angle, quality = fit
-    center, color = s.centers[row], colors.rgb("views")
+    m.with_robot()
+    center, axis, color = s.centers[row], s.axes[row], colors.rgb("views")
     blobs = capability.spikes(_base(s), s.centers[[row]], s.valid[[row]], s.directions, s.radius)
-    ring = kind == "ring"
-    blobs.append(capability.cone(_base(s), center, axis, angle, 1.25 * s.radius, color, 0, kind != "cone"))
+    blobs += [capability.structure(_base(s), center, axis, s.openings[row], kind, s.radius, color)]
     ends = np.array(
         [center - axis * s.radius * (1.6 if kind != "cone" else 0.0), center + axis * s.radius * 1.6]
     )
-    blobs.append(shapes.lines(_base(s), "axis", ends, color, 0.04 * s.radius))
-    m.with_robot()
-    m.stage.draw(blobs, "/fv_viz/capability/spheres")
-    middle = plans.base_point(m.robot, center)
-    picture = m.stage.take(["Spheres as spikes"], [5.5 * s.radius, 0.6, 0.35, *middle])
-    words = f"{kind}: {'outside of ' if ring else ''}{np.degrees(angle):.0f}° about its axis, fit {100 * quality:.0f} %"
+    m.stage.draw(
+        [*blobs, shapes.lines(_base(s), "axis", ends, color, 0.04 * s.radius)], "/fv_viz/capability/spheres"
+    )
+    picture = m.stage.take(
+        ["Spheres as spikes"], [5.0 * s.radius, 0.6, 0.35, *plans.base_point(m.robot, center)]
+    )
+    words = f"{kind}: {np.degrees(s.openings[row]):.0f}° about its axis, error {s.errors[row]:.0f} %"
     return words, picture
 
 

@@ -132,7 +132,11 @@ def _message(grid, evaluator) -> Evaluation:
 
 @dataclasses.dataclass
 class Spheres:
-    """A capability map: centers (S, 3) [m] in base_frame, valid (S, N), directions (N, 3), radius [m]."""
+    """A capability map: centers (S, 3) [m] in base_frame, valid (S, N), directions (N, 3), radius [m].
+
+    The structure of each sphere: kinds (S,) of KINDS, axes (S, 3), openings (S,) [rad], errors (S,) [%]; empty
+    arrays for a map without.
+    """
 
     centers: np.ndarray
     valid: np.ndarray
@@ -141,6 +145,14 @@ class Spheres:
     base_frame: str
     shoulder: np.ndarray
     made_by: str
+    kinds: np.ndarray
+    axes: np.ndarray
+    openings: np.ndarray
+    errors: np.ndarray
+
+
+FITTED = ("type", "axis", "opening_rad", "error_percent")  # what capability_map stores of each sphere
+KINDS = ("empty", "cone", "double cone", "ring")
 
 
 def capability(path: Path) -> Spheres:
@@ -154,16 +166,9 @@ def capability(path: Path) -> Spheres:
     loaded = CapabilityMap.load(path)
     data = loaded.data
     made_by = f"rosrun capability_map build --robot {data.robot} --group {data.group} (spheres of {data.radius_m:g} m)"
-    centers = np.asarray(loaded.centres)
-    return Spheres(
-        centers,
-        loaded.valid,
-        loaded.directions,
-        loaded.radius,
-        loaded.base_frame,
-        data.reach_center_m,
-        made_by,
-    )
+    fitted = [np.asarray(data.shapes.get(f"least_error_{name}", ())) for name in FITTED]
+    sphere = (np.asarray(loaded.centres), loaded.valid, loaded.directions, loaded.radius)
+    return Spheres(*sphere, loaded.base_frame, data.reach_center_m, made_by, *fitted)
 
 
 def default_capability_path(robot: str, group: str) -> Path:
