@@ -8,7 +8,7 @@ namespace capability_map {
 
 namespace {
 
-constexpr double kSlack = 1e-9;  // [rad] so that the point that sets an opening is covered
+constexpr double kSlack = 1e-6;  // [rad] so that the point that sets an opening stays covered in float32
 
 /// The angle that the shape's opening is compared with; rings compare the other way round.
 double angleOf(ShapeType type, const Eigen::Vector3d& axis, const Eigen::Vector3d& n) {

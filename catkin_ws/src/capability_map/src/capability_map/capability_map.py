@@ -20,7 +20,7 @@ class CapabilityMap:
     direction will do. S is the number of spheres with at least one valid point, N of points on each.
     """
 
-    threshold: float = 0.4  #: an interpolated answer at or above it counts as reachable
+    threshold: float = 0.36  #: an interpolated answer at or above it counts as reachable
 
     def __init__(self, data: store.MapData) -> None:
         self.data = data

@@ -25,7 +25,7 @@ def dask_executor(
 
     def run(plan: BuildPlan, numbers: list[int]) -> Iterator[tuple[int, dict]]:
         try:
-            client = Client(address, timeout=timeout_s, set_as_default=False)
+            client = Client(address, timeout=timeout_s)
         except (OSError, TimeoutError, ValueError) as err:
             raise CapabilityMapError(f"no Dask scheduler at {address}: {err}") from err
         with client:

@@ -7,6 +7,7 @@ README.md lists the schema.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import io
 import json
@@ -87,7 +88,8 @@ def save(path: Path, data: MapData) -> None:
         partial.write_bytes(line.ljust(_BLOCK, b"\0") + content[_BLOCK:])
         partial.replace(path)
     except OSError as err:
-        partial.unlink(missing_ok=True)
+        with contextlib.suppress(OSError):
+            partial.unlink(missing_ok=True)
         raise CapabilityMapError(f"cannot write {path}: {err}") from err
 
 

@@ -13,7 +13,7 @@ def hubo_like_chain() -> SerialChain:
     offsets = [[0, 0, 0]] * 3 + [[0.022, 0.018, -0.182], [0, 0, -0.2934], [0, 0.01, -0.346]]
     T_zero = np.eye(4)
     T_zero[:3, :3] = [[0, -1, 0], [-1, 0, 0], [0, 0, -1]]
-    T_zero[:3, 3] = shoulder + [0.0, 0.0, -0.4785]
+    T_zero[:3, 3] = shoulder - np.array([0.0, 0.0, 0.4785])
     return SerialChain(
         axes=np.array([[0, 1, 0], [1, 0, 0], [0, 0, 1], [0, 1, 0], [0, 0, 1], [0, 1, 0]], float),
         points=shoulder + np.array(offsets, float),
