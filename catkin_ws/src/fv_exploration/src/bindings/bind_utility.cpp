@@ -1,5 +1,7 @@
+#include <algorithm>
+
 #include "bindings.h"
-#include "fv_exploration/utility.h"
+#include "fv_exploration/utility_tree.h"
 
 namespace fv {
 
@@ -37,6 +39,42 @@ py::array_t<int> best(const PyUtility& u, int count, double radius_m,
   return toArray(bestViews(u.data, u.resolution_m, mask, count, radius_m));
 }
 
+struct Leaf {
+  Voxel voxel;
+  double utility;
+  Eigen::Vector3f direction;
+};
+
+std::vector<Leaf> leavesWithUtility(const UtilityOcTree& tree) {
+  std::vector<Leaf> out;
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) {
+    if (leaf->utility == 0) continue;
+    const int edge = 1 << (16 - leaf.getDepth());
+    const octomap::OcTreeKey key = leaf.getIndexKey();
+    for (int i = 0; i < edge * edge * edge; ++i)
+      out.push_back({Voxel(key[0] + i % edge, key[1] + i / edge % edge, key[2] + i / (edge * edge)) -
+                         Voxel::Constant(kKeyOffset),
+                     leaf->utility, leaf->direction});
+  }
+  std::sort(out.begin(), out.end(),
+            [](const Leaf& a, const Leaf& b) { return voxelId(a.voxel) < voxelId(b.voxel); });
+  return out;
+}
+
+py::tuple readTree(const std::string& path) {
+  const std::unique_ptr<UtilityOcTree> tree = readUtilityTree(path);
+  const std::vector<Leaf> found = leavesWithUtility(*tree);
+  PointsF points(found.size(), 3), direction(found.size(), 3);
+  std::vector<double> utility;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const Eigen::Vector3d voxel = found[i].voxel.cast<double>();
+    points.row(i) = ((voxel.array() + 0.5) * tree->getResolution()).matrix().cast<float>();
+    direction.row(i) = found[i].direction;
+    utility.push_back(found[i].utility);
+  }
+  return py::make_tuple(points, toArray(utility), direction);
+}
+
 }  // namespace
 
 void bindUtility(py::module_& m) {
@@ -57,6 +95,26 @@ void bindUtility(py::module_& m) {
         "Non-maximum suppression: indices (K,) of at most count voxels of highest utility, best first, no "
         "two nearer\n"
         "than the radius. allowed (U,) bool, None: all.");
+  m.def(
+      "write_utility_tree",
+      [](const OccupancyMap& map, const PyUtility& u, const std::string& path) {
+        writeUtilityTree(*utilityTree(map, u.data), path);
+      },
+      py::arg("map"), py::arg("utility"), py::arg("path"),
+      "Write map and utility as a .ot file of tree type UtilityOcTree. MapFileError when it cannot be "
+      "written.");
+  m.def("read_utility_tree", &readTree, py::arg("path"),
+        "(points (U, 3), utility (U,), direction (U, 3)) of the leaves with utility of a UtilityOcTree file, "
+        "ascending with\n"
+        "z, y, x. MapFileError for files that are truncated or foreign.");
+  m.def(
+      "write_color_tree",
+      [](const OccupancyMap& map, const PyUtility& u, const std::string& path, bool obstacles) {
+        writeColorTree(map, u.data, obstacles, path);
+      },
+      py::arg("map"), py::arg("utility"), py::arg("path"), py::arg("with_obstacles") = true,
+      "Write the utility as colours (.ot of a ColorOcTree) for octovis. MapFileError when it cannot be "
+      "written.");
   // Evaluator.utility, beside the function, because that is where one looks for it.
   m.attr("Evaluator").attr("utility") = py::cpp_function(
       &accumulate, py::name("utility"), py::is_method(m.attr("Evaluator")), py::arg("max_range_m"),

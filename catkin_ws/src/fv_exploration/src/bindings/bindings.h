@@ -14,6 +14,8 @@ void bindMap(py::module_& m);
 void bindEvaluation(py::module_& m);
 void bindUtility(py::module_& m);
 void bindGain(py::module_& m);
+void bindFilters(py::module_& m);
+void bindReference(py::module_& m);
 
 /// Numpy array of these shape and type that owns its data.
 template <class T>

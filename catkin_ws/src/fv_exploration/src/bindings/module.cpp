@@ -34,4 +34,6 @@ PYBIND11_MODULE(_core, m) {
   fv::bindEvaluation(m);
   fv::bindUtility(m);
   fv::bindGain(m);
+  fv::bindFilters(m);
+  fv::bindReference(m);
 }

@@ -133,10 +133,8 @@ void layerCorners(const GridFrame& frame, const RowExtremes& rows, int z, std::v
       c.push_back(p);
     }
   out.insert(out.end(), chain[0].begin(), chain[0].end());
-  for (const Voxel& p : chain[1]) {
-    const std::size_t row = static_cast<std::size_t>(z) * ny + (p.y() - frame.origin.y());
-    if (rows.low[row] != p.x()) out.push_back(p);
-  }
+  for (const Voxel& p : chain[1])  // a row of one voxel may be in both
+    if (std::find(chain[0].begin(), chain[0].end(), p) == chain[0].end()) out.push_back(p);
 }
 
 }  // namespace

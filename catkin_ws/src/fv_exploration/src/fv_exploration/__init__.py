@@ -17,6 +17,7 @@ from fv_exploration._core import (
     Evaluation,
     EvaluationConfig,
     Evaluator,
+    FilterConfig,
     InputError,
     InsertResult,
     MapConfig,
@@ -29,13 +30,18 @@ from fv_exploration._core import (
     accumulate_utility,
     best_views,
     cluster_voids,
+    filter_cloud,
+    read_utility_tree,
     view_gain,
+    write_color_tree,
+    write_utility_tree,
 )
 
 __all__ = [
     "Evaluation",
     "EvaluationConfig",
     "Evaluator",
+    "FilterConfig",
     "InputError",
     "InsertResult",
     "MapConfig",
@@ -48,5 +54,9 @@ __all__ = [
     "accumulate_utility",
     "best_views",
     "cluster_voids",
+    "filter_cloud",
+    "read_utility_tree",
     "view_gain",
+    "write_color_tree",
+    "write_utility_tree",
 ]

@@ -1,0 +1,128 @@
+#include "fv_exploration/utility_tree.h"
+
+#include <octomap/ColorOcTree.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+
+#include "fv_exploration/map_file.h"
+
+namespace fv {
+
+void UtilityOcTreeNode::copyData(const UtilityOcTreeNode& from) {
+  OcTreeNode::copyData(from);
+  utility = from.utility;
+  direction = from.direction;
+}
+
+std::istream& UtilityOcTreeNode::readData(std::istream& stream) {
+  OcTreeNode::readData(stream);
+  stream.read(reinterpret_cast<char*>(&utility), sizeof(utility));
+  return stream.read(reinterpret_cast<char*>(direction.data()), 3 * sizeof(float));
+}
+
+std::ostream& UtilityOcTreeNode::writeData(std::ostream& stream) const {
+  OcTreeNode::writeData(stream);
+  stream.write(reinterpret_cast<const char*>(&utility), sizeof(utility));
+  return stream.write(reinterpret_cast<const char*>(direction.data()), 3 * sizeof(float));
+}
+
+UtilityOcTree::Registration UtilityOcTree::registration_;
+
+UtilityOcTree::Registration::Registration() {
+  auto* prototype = new UtilityOcTree(0.1);  // OctoMap's factory keeps it
+  prototype->clearKeyRays();
+  octomap::AbstractOcTree::registerTreeType(prototype);
+}
+
+UtilityOcTree::UtilityOcTree(double resolution_m) : OccupancyOcTreeBase<UtilityOcTreeNode>(resolution_m) {
+  registration_.ensureLinking();
+}
+
+namespace {
+
+void copyBelow(const OccupancyTree& from, const octomap::OcTreeNode* source, UtilityOcTree& to,
+               UtilityOcTreeNode* target) {
+  target->setLogOdds(source->getLogOdds());
+  if (!from.nodeHasChildren(source)) return;
+  for (unsigned i = 0; i < 8; ++i)
+    if (from.nodeChildExists(source, i))
+      copyBelow(from, from.getNodeChild(source, i), to, to.createNodeChild(target, i));
+}
+
+void setBelow(UtilityOcTree& tree, UtilityOcTreeNode* node, const octomap::OcTreeKey& key, int depth,
+              const UtilityOcTreeNode& data) {
+  if (depth == 16) {
+    node->utility = data.utility;
+    node->direction = data.direction;
+    return;
+  }
+  const unsigned child = octomap::computeChildIdx(key, 15 - depth);
+  if (!tree.nodeHasChildren(node)) tree.expandNode(node);
+  setBelow(tree, tree.getNodeChild(node, child), key, depth + 1, data);
+}
+
+template <class Tree>
+void writeTree(const Tree& tree, const std::string& path) {
+  std::ofstream stream(path, std::ios::binary);
+  if (!stream || !tree.write(stream) || !stream.flush()) throw MapFileError(path + ": cannot be written");
+}
+
+}  // namespace
+
+std::unique_ptr<UtilityOcTree> utilityTree(const OccupancyMap& map, const Utility& utility) {
+  auto tree = std::make_unique<UtilityOcTree>(map.resolution());
+  if (!map.tree().getRoot()) return tree;
+  const octomap::OcTreeKey first = map.tree().key({0, 0, 0});
+  tree->setNodeValue(first, 0.F, true);  // makes a root, with a branch that is not wanted
+  tree->deleteNode(first, 1);
+  UtilityOcTreeNode* root = tree->getRoot();
+  if (!root) throw std::logic_error("an octree without a root");
+  copyBelow(map.tree(), map.tree().getRoot(), *tree, root);
+  UtilityOcTreeNode data;
+  for (std::size_t i = 0; i < utility.voxels.size(); ++i) {
+    data.utility = utility.utility[i];
+    data.direction = utility.direction[i];
+    setBelow(*tree, root, map.tree().key(utility.voxels[i]), 0, data);
+  }
+  tree->prune();
+  return tree;
+}
+
+void writeUtilityTree(const UtilityOcTree& tree, const std::string& path) { writeTree(tree, path); }
+
+std::unique_ptr<UtilityOcTree> readUtilityTree(const std::string& path) {
+  auto tree =
+      std::make_unique<UtilityOcTree>(checkOtFile(path, "UtilityOcTree", UtilityOcTreeNode::kPayloadBytes));
+  std::ifstream stream(path, std::ios::binary);
+  std::string line;
+  bool empty = false;
+  while (std::getline(stream, line) && line != "data") empty |= line == "size 0";
+  if (!empty) tree->readData(stream);
+  return tree;
+}
+
+void writeColorTree(const OccupancyMap& map, const Utility& utility, bool with_obstacles,
+                    const std::string& path) {
+  octomap::ColorOcTree tree(map.resolution());
+  const double top =
+      utility.utility.empty() ? 1.0 : *std::max_element(utility.utility.begin(), utility.utility.end());
+  const auto paint = [&](const Voxel& v, uint8_t r, uint8_t g, uint8_t b) {
+    const octomap::OcTreeKey key = map.tree().key(v);
+    tree.setNodeValue(key, map.tree().getClampingThresMaxLog(), true);
+    tree.setNodeColor(key, r, g, b);
+  };
+  for (std::size_t i = 0; i < utility.voxels.size(); ++i) {
+    const double share = utility.utility[i] / top;
+    paint(utility.voxels[i], static_cast<uint8_t>(255 * share),
+          static_cast<uint8_t>(255 * (1 - std::abs(2 * share - 1))), static_cast<uint8_t>(255 * (1 - share)));
+  }
+  if (with_obstacles)
+    for (std::size_t i = 0; i < map.classes().size(); ++i)
+      if (map.classes()[i] == kOccupied) paint(map.frame().voxel(i), 128, 128, 128);
+  tree.updateInnerOccupancy();
+  writeTree(tree, path);
+}
+
+}  // namespace fv
