@@ -121,8 +121,8 @@ class SimTest(unittest.TestCase):
         self.assertGreater((distance < 3 * sigma + 0.002).mean(), 0.97)
 
     def test_cancel_stops_and_holds(self):
-        self.arm.send_goal(arm_goal([0.5, -1.0, 0.5, -0.5, 0.5, 0.0], 60.0))
-        rospy.sleep(1.0)
+        self.arm.send_goal(arm_goal([0.5, -1.0, 0.5, -0.5, 0.5, 0.0], 30.0))
+        rospy.sleep(4.0)
         self.arm.cancel_goal()
         self.assertTrue(self.arm.wait_for_result(rospy.Duration(50)))
         self.assertEqual(self.arm.get_state(), GoalStatus.PREEMPTED)

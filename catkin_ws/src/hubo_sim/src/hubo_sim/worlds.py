@@ -128,21 +128,33 @@ def list_worlds() -> list[str]:
 
 
 def load_world(name_or_path: str) -> World:
-    """Read a world by name or by path of a YAML file. Raises SimError in one line."""
-    path = (
-        Path(name_or_path)
-        if name_or_path.endswith((".yaml", ".yml"))
-        else worlds_folder() / f"{name_or_path}.yaml"
-    )
+    """A world by name, by path of a YAML file, or made from a seed: room:SEED, tabletop:SEED.
+
+    Raises SimError in one line.
+    """
+    kind, colon, seed = name_or_path.partition(":")
+    if colon:
+        return _generated(kind, seed)
+    is_path = name_or_path.endswith((".yaml", ".yml"))
+    path = Path(name_or_path) if is_path else worlds_folder() / f"{name_or_path}.yaml"
     if not path.is_file():
         raise SimError(
-            f"unknown world {name_or_path!r}; valid: {', '.join(list_worlds())}, or a path to a .yaml"
+            f"unknown world {name_or_path!r}; valid: {', '.join(list_worlds())}, "
+            "room:SEED, tabletop:SEED, or a path to a .yaml"
         )
     try:
         content = yaml.safe_load(path.read_text())
     except (yaml.YAMLError, UnicodeDecodeError, OSError) as err:
         raise SimError(f"{path}: not readable as YAML: {' '.join(str(err).split())}") from err
     return parse_world(content, path.stem, str(path))
+
+
+def _generated(kind: str, seed: str) -> World:
+    from hubo_sim.world_generator import generate  # it reads meshes, which most worlds need not
+
+    if not seed.isdigit():
+        raise SimError(f"world {kind}:{seed}: the seed must be a non-negative integer")
+    return parse_world(generate(kind, int(seed)), f"{kind}_{seed}", f"{kind}:{seed}")
 
 
 def parse_world(content: Any, name: str, where: str) -> World:

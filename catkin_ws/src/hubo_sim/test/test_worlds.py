@@ -1,0 +1,113 @@
+"""World files: what ships loads, and what is broken is named in one line."""
+
+import numpy as np
+import pytest
+import yaml
+
+from hubo_sim.config import SimConfig
+from hubo_sim.errors import SimError
+from hubo_sim.ground_truth import TrueWorld
+from hubo_sim.ground_truth.triangles import surface_points
+from hubo_sim.paths import package_folder
+from hubo_sim.scene import Scene
+from hubo_sim.worlds import list_worlds, load_world, parse_object, parse_world
+
+GENERATED = ["room:1", "room:2", "tabletop:1"]
+MINIMAL = {"description": "d", "bounds": {"min_m": [0, 0, 0], "max_m": [1, 1, 1]}}
+
+
+def test_the_worlds_that_the_readme_promises_are_there():
+    assert {"cabinet", "empty", "monastery", "office", "rubble", "shelf"} <= set(list_worlds())
+
+
+@pytest.mark.parametrize("name", [*list_worlds(), *GENERATED])
+def test_every_world_loads_into_physics(name):
+    world = load_world(name)
+    assert world.description
+    with Scene(egl=False) as scene:
+        scene.load_world(world)
+        assert len(scene.bodies) == len(world.objects)
+
+
+@pytest.mark.parametrize("name", [n for n in [*list_worlds(), *GENERATED] if n != "monastery"])
+def test_nothing_stands_in_the_sweep_of_the_waist(name):
+    """Within 0.75 m of the robot's vertical axis there is only floor and ceiling."""
+    for solid in TrueWorld(load_world(name)).solids:
+        if solid.name not in ("floor", "ceiling"):
+            points = surface_points(solid.triangles, 0.05)
+            assert np.hypot(points[:, 0], points[:, 1]).min() > 0.75, solid.name
+
+
+@pytest.mark.parametrize("name", GENERATED)
+def test_generated_worlds_repeat_for_their_seed(name):
+    first, second = load_world(name), load_world(name)
+    for a, b in zip(first.objects, second.objects, strict=True):
+        assert a.name == b.name and np.array_equal(a.T_world_object, b.T_world_object)
+    assert len(first.objects) > 10
+
+
+def test_unknown_world_lists_the_valid_ones():
+    with pytest.raises(SimError, match="office"):
+        load_world("nowhere")
+
+
+def test_bad_seed_of_a_generated_world_is_named():
+    for name in ("room:x", "castle:1", "room:-1"):
+        with pytest.raises(SimError):
+            load_world(name)
+
+
+def test_file_that_is_no_yaml_is_named(tmp_path):
+    path = tmp_path / "broken.yaml"
+    path.write_text("a: [1")
+    with pytest.raises(SimError, match="broken"):
+        load_world(str(path))
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"colour": 1}, "colour"),
+        ({"bounds": {"min_m": [0, 0, 0], "max_m": [1, 1, 0]}}, "max_m"),
+        ({"bounds": {"min_m": [0, 0], "max_m": [1, 1, 1]}}, "min_m"),
+        ({"bounds": {"min_m": [0, 0, float("nan")], "max_m": [1, 1, 1]}}, "min_m"),
+        ({"robot": {"yaw": 3}}, "yaw"),
+        ({"objects": {"name": "a"}}, "list"),
+        ({"objects": [{"name": "a"}]}, "exactly one"),
+        ({"objects": [{"name": "a", "box": {"size": [1, 1, 1]}}]}, "size"),
+        ({"objects": [{"name": "a", "box": {"size_m": [1, 1, "x"]}}]}, "size_m"),
+        ({"objects": [{"name": "a", "sphere": {"radius_m": -1}}]}, "radius_m"),
+        ({"objects": [{"name": "a", "mesh": {"file": "pybullet_data:no.obj"}}]}, "no.obj"),
+        ({"objects": [{"name": "a", "sphere": {"radius_m": 1}}] * 2}, "twice"),
+        ({"objects": [{"name": "a", "sphere": {"radius_m": 1}, "color": [1, 2]}]}, "color"),
+    ],
+)
+def test_broken_content_is_named_in_one_line(change, word):
+    with pytest.raises(SimError, match=word) as err:
+        parse_world(MINIMAL | change, "w", "w.yaml")
+    assert "\n" not in str(err.value)
+
+
+def test_broken_urdf_and_taken_name_leave_the_scene_as_it_was(tmp_path):
+    path = tmp_path / "bad.urdf"
+    path.write_text("<robot")
+    with Scene(egl=False) as scene:
+        scene.add_object(parse_object({"name": "a", "sphere": {"radius_m": 0.1}}, "x"))
+        with pytest.raises(SimError):
+            scene.add_object(parse_object({"name": "b", "urdf": {"file": str(path)}}, "x"))
+        with pytest.raises(SimError, match="exists"):
+            scene.add_object(parse_object({"name": "a", "sphere": {"radius_m": 0.1}}, "x"))
+        assert list(scene.bodies) == ["a"]
+        with pytest.raises(SimError, match="there are: a"):
+            scene.remove_object("b")
+
+
+def test_shipped_parameters_are_the_defaults():
+    shipped = yaml.safe_load((package_folder() / "config" / "sim.yaml").read_text())
+    assert shipped == vars(SimConfig())
+
+
+@pytest.mark.parametrize("bad", [{"seed": -1}, {"renderer": "gl"}, {"physics_rate_hz": 0.0}, {"noise": 1}])
+def test_bad_parameters_are_named(bad):
+    with pytest.raises(SimError, match=next(iter(bad))):
+        SimConfig(**bad)
