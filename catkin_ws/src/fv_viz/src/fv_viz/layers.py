@@ -100,7 +100,7 @@ def utility_paint(scale: str, levels: int) -> Paint:
     """Colour and opacity by level: low ones nearly transparent."""
     share = np.arange(1, levels + 1) / levels
     table = np.column_stack(
-        [colors.scale(scale, (share - share[0]) / max(1.0 - share[0], 1e-9)), 0.06 + 0.7 * share**2]
+        [colors.scale(scale, (share - share[0]) / max(1.0 - share[0], 1e-9)), 0.1 + 0.65 * share]
     )
     return lambda quads: table[quads.values - 1]
 

@@ -63,7 +63,7 @@ class Material:
         points = np.concatenate([triples(msg.occupied), triples(msg.frontier)])
         low, high = points.min(axis=0).astype(float), points.max(axis=0).astype(float)
         reach = float(np.linalg.norm(high - low))
-        return [0.9 * reach, yaw, pitch, *((low + high) / 2.0), max(0.9 - cut, 0.01) * reach]
+        return [reach, yaw, pitch, *((low + high) / 2.0), max(1.0 - cut, 0.01) * reach]
 
 
 def figure_2_2(m: Material) -> Figure:
