@@ -61,12 +61,6 @@ def structure(
     return packing.pack_marker(out, np.asarray(center) + 1.25 * radius * np.array(triangles).reshape(-1, 3))
 
 
-def near_planes(centers: np.ndarray, origin: np.ndarray, radius: float) -> np.ndarray:
-    """Mask (S,) of spheres that a horizontal or a sagittal plane through the origin (3,) cuts."""
-    offset = np.abs(centers - origin)
-    return (offset[:, 2] <= radius * 1.01) | (offset[:, 1] <= radius * 1.01)
-
-
 def near_rows(centers: np.ndarray, origin: np.ndarray, radius: float, count: int = 2) -> np.ndarray:
     """Mask (S,) of `count` rows of spheres along x: those nearest to the origin in y and z."""
     rows = np.round((centers[:, 1:] - origin[1:]) / (2.0 * radius)).astype(int)
