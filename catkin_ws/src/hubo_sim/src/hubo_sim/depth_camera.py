@@ -82,9 +82,8 @@ class DepthCamera:
         self._noise = DepthNoise(noise_config, self.pinhole, seed) if noise else None
         for link in (self.config.link, self.config.optical_frame):
             robot.link_pose(link)  # fail at start when it does not exist
-        self._own = {
-            (robot.body, robot.link_index[link]) for link in (self.config.link, self.config.optical_frame)
-        }
+        self._own = {(robot.body, robot.link_index[name]) for name in robot.rigid_with(self.config.link)}
+        self._sees_own: bool | None = None  # whether a link that moves with the camera is close in view
 
     def pose(self) -> np.ndarray:
         """T_world_optical (4, 4), true."""
@@ -104,11 +103,17 @@ class DepthCamera:
         return DepthScan(np.where(in_range, depth, np.nan).astype(np.float32), picture.rgb)
 
     def _something_close(self, scene: Scene, T_world_optical: np.ndarray) -> bool:
-        """Whether the bounding box of anything but the camera itself reaches into the view nearer than _NEAR_M."""
+        """Whether anything may be in view nearer than _NEAR_M, by bounding boxes.
+
+        What is rigidly tied to the camera always looks the same: whether it is in view is found out once.
+        """
+        if self._sees_own is None:
+            close = take_picture(scene, self.pinhole, T_world_optical, _CLOSE_M, _NEAR_M, with_bodies=True)
+            self._sees_own = bool((close.body == self._robot.body).any())
         corners = self._rays[[0, 0, -1, -1], [0, -1, 0, -1]] * _NEAR_M
         view = apply(T_world_optical, np.vstack([np.zeros(3), corners]))
         boxes = scene.client.getOverlappingObjects(view.min(axis=0), view.max(axis=0)) or ()
-        return not self._own.issuperset(boxes)
+        return self._sees_own or not self._own.issuperset(boxes)
 
     def points(self, depth: np.ndarray) -> np.ndarray:
         """(H, W, 3) float32 points in the optical frame of a depth image, NaN where it is NaN."""

@@ -25,7 +25,7 @@ def picture_of(scene: Scene, view: ViewPoint, width: int = 960, height: int = 72
     vertical = 2.0 * np.arctan(np.tan(fov / 2.0) * height / width)
     camera = Pinhole(2 * width, 2 * height, fov, vertical)  # twice as fine, then averaged: smooth edges
     picture = take_picture(scene, camera, look_at(view.eye_m, view.target_m), _NEAR_M, _FAR_M, shadows=True)
-    rgb = np.where((picture.body < 0)[..., None], 255.0 * _SKY, picture.rgb)
+    rgb = np.where(np.isnan(picture.depth)[..., None], 255.0 * _SKY, picture.rgb)
     return rgb.reshape(height, 2, width, 2, 3).mean(axis=(1, 3)).astype(np.uint8)
 
 

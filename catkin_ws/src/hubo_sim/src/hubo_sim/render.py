@@ -83,7 +83,7 @@ class Picture:
 
     depth: np.ndarray
     rgb: np.ndarray
-    body: np.ndarray
+    body: np.ndarray | None
 
 
 def view_matrix(T_world_optical: np.ndarray) -> list[float]:
@@ -98,8 +98,15 @@ def take_picture(
     near_m: float,
     far_m: float,
     shadows: bool = False,
+    with_bodies: bool = False,
 ) -> Picture:
-    """Render the scene from T_world_optical (4, 4), with whatever renderer the scene has."""
+    """Render the scene from T_world_optical (4, 4), with whatever renderer the scene has.
+
+    with_bodies: fill Picture.body, which costs the EGL plugin a second drawing.
+    """
+    with_bodies = (
+        with_bodies or not scene.uses_egl
+    )  # TinyRenderer's depth buffer does not tell where nothing is
     renderer = pybullet.ER_BULLET_HARDWARE_OPENGL if scene.uses_egl else pybullet.ER_TINY_RENDERER
     _, _, rgba, buffer, bodies = scene.client.getCameraImage(
         camera.width,
@@ -109,11 +116,16 @@ def take_picture(
         shadow=int(shadows),
         lightDirection=[1.0, -1.5, 3.0],
         renderer=renderer,
+        flags=0 if with_bodies else pybullet.ER_NO_SEGMENTATION_MASK,
     )
     shape = (camera.height, camera.width)
     buffer = np.asarray(buffer, np.float64).reshape(shape)
     with np.errstate(divide="ignore"):
         depth = far_m * near_m / (far_m - (far_m - near_m) * buffer)
-    body = np.asarray(bodies, np.int32).reshape(shape)
-    depth = np.where((buffer < 1.0) & (body >= 0), depth, np.nan)
-    return Picture(depth, np.asarray(rgba, np.uint8).reshape(*shape, 4)[..., :3], body)
+    seen, body = buffer < 1.0, None
+    if with_bodies:
+        body = np.asarray(bodies, np.int32).reshape(shape)
+        seen &= body >= 0
+    return Picture(
+        np.where(seen, depth, np.nan), np.asarray(rgba, np.uint8).reshape(*shape, 4)[..., :3], body
+    )

@@ -148,6 +148,19 @@ class SimRobot:
         state = self._client.getLinkState(self.body, index, computeForwardKinematics=True)
         return transform(state[4], state[5])
 
+    def rigid_with(self, link: str) -> set[str]:
+        """The links that no joint can move against `link`, itself included."""
+        links = {link}
+        infos = [self._client.getJointInfo(self.body, i) for i in range(self._client.getNumJoints(self.body))]
+        pairs = [
+            (info[12].decode(), self.link_name[info[16]]) for info in infos if info[2] == pybullet.JOINT_FIXED
+        ]
+        while True:
+            more = {name for pair in pairs if links.intersection(pair) for name in pair}
+            if more <= links:
+                return links
+            links |= more
+
     def move_base(self, T_world_base: np.ndarray) -> None:
         """Put the base link elsewhere, (4, 4)."""
         place_root(self._client, self.body, T_world_base)

@@ -226,7 +226,9 @@ class _Sampler:
     def look(self) -> int:
         """Mark what the camera sees from here; the number of voxels that are marked so far."""
         limits, T = self._camera.config, self._camera.pose()
-        picture = take_picture(self._scene, self._pinhole, T, _NEAR_M, limits.max_range_m + 0.5)
+        picture = take_picture(
+            self._scene, self._pinhole, T, _NEAR_M, limits.max_range_m + 0.5, with_bodies=True
+        )
         depth = picture.depth.ravel().astype(np.float32)
         with np.errstate(invalid="ignore"):
             use = (depth >= limits.min_range_m) & (depth * self._lengths <= limits.max_range_m)
