@@ -43,6 +43,10 @@ class Material:
             self._made["spheres"] = self.make_spheres()
         return self._made["spheres"]
 
+    def in_world(self, frame: str, point) -> np.ndarray:
+        """A point (3,) of one of the robot's frames, in the world; the robot is on the stage."""
+        return plans.in_world(self.robot, frame, self._made["robot"], point)
+
     def with_robot(self) -> None:
         """Bring the robot model onto the stage, once, in its start pose; raises NoData."""
         if "robot" not in self._made:
@@ -332,7 +336,7 @@ def _capability(m: Material, display: str, blobs: list[bytes], centers, pitch: f
     topics = {"Spheres as spikes": "spheres", "Index cuts": "index", "Shapes": "shapes"}
     m.stage.draw(blobs, f"/fv_viz/capability/{topics[display]}")
     low, high = centers.min(axis=0), centers.max(axis=0)
-    middle = plans.base_point(m.robot, (low + high) / 2.0)
+    middle = m.in_world(m.spheres.base_frame, (low + high) / 2.0)
     reach = max(float(np.linalg.norm(high - low)), 0.4)
     return m.stage.take([display, "Robot"], [1.35 * reach, yaw, pitch, *middle])
 
@@ -350,7 +354,7 @@ def _structure(m: Material, s: sources.Spheres, row: int, kind: str):
         [*blobs, shapes.lines(_base(s), "axis", ends, color, 0.04 * s.radius)], "/fv_viz/capability/spheres"
     )
     picture = m.stage.take(
-        ["Spheres as spikes"], [5.0 * s.radius, 0.6, 0.35, *plans.base_point(m.robot, center)]
+        ["Spheres as spikes"], [5.0 * s.radius, 0.6, 0.35, *m.in_world(s.base_frame, center)]
     )
     words = f"{kind}: {np.degrees(s.openings[row]):.0f}° about its axis, error {s.errors[row]:.0f} %"
     return words, picture

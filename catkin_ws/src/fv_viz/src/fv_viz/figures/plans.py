@@ -46,9 +46,10 @@ def base_height(robot: str) -> float:
     return float(getattr(load_robot(robot).config, "base_height_m", 0.0) or 0.0)
 
 
-def base_point(robot: str, p_base) -> np.ndarray:
-    """A point (3,) of the base link's frame in the world."""
-    return np.asarray(p_base, dtype=float) + np.array([0.0, 0.0, base_height(robot)])
+def in_world(robot: str, frame: str, positions: dict[str, float], point) -> np.ndarray:
+    """A point (3,) of one of the robot's frames, in the world."""
+    T = RobotShapes(rospy.get_param("/robot_description")).link_poses(positions)[frame]
+    return T[:3, :3] @ np.asarray(point, dtype=float) + T[:3, 3] + np.array([0.0, 0.0, base_height(robot)])
 
 
 def planned_path(stage: Stage, robot: str) -> tuple[PlannedPath, str]:
