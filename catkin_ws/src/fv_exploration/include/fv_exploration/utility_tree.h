@@ -36,8 +36,11 @@ class UtilityOcTree : public octomap::OccupancyOcTreeBase<UtilityOcTreeNode> {
   explicit UtilityOcTree(double resolution_m);
   UtilityOcTree* create() const override { return new UtilityOcTree(resolution); }
   std::string getTreeType() const override { return "UtilityOcTree"; }
+  /// Become a copy of an octree's occupancy, without utility.
+  void copyOccupancy(const OccupancyTree& from);
 
  private:
+  void copyBelow(const OccupancyTree& from, const octomap::OcTreeNode* source, UtilityOcTreeNode* target);
   struct Registration {
     Registration();
     void ensureLinking() {}

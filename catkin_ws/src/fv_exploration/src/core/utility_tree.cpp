@@ -40,16 +40,24 @@ UtilityOcTree::UtilityOcTree(double resolution_m) : OccupancyOcTreeBase<UtilityO
   registration_.ensureLinking();
 }
 
-namespace {
+void UtilityOcTree::copyOccupancy(const OccupancyTree& from) {
+  clear();
+  if (!from.getRoot()) return;
+  root = new UtilityOcTreeNode();
+  ++tree_size;
+  size_changed = true;
+  copyBelow(from, from.getRoot(), root);
+}
 
-void copyBelow(const OccupancyTree& from, const octomap::OcTreeNode* source, UtilityOcTree& to,
-               UtilityOcTreeNode* target) {
+void UtilityOcTree::copyBelow(const OccupancyTree& from, const octomap::OcTreeNode* source,
+                              UtilityOcTreeNode* target) {
   target->setLogOdds(source->getLogOdds());
   if (!from.nodeHasChildren(source)) return;
   for (unsigned i = 0; i < 8; ++i)
-    if (from.nodeChildExists(source, i))
-      copyBelow(from, from.getNodeChild(source, i), to, to.createNodeChild(target, i));
+    if (from.nodeChildExists(source, i)) copyBelow(from, from.getNodeChild(source, i), createNodeChild(target, i));
 }
+
+namespace {
 
 void setBelow(UtilityOcTree& tree, UtilityOcTreeNode* node, const octomap::OcTreeKey& key, int depth,
               const UtilityOcTreeNode& data) {
@@ -73,18 +81,12 @@ void writeTree(const Tree& tree, const std::string& path) {
 
 std::unique_ptr<UtilityOcTree> utilityTree(const OccupancyMap& map, const Utility& utility) {
   auto tree = std::make_unique<UtilityOcTree>(map.resolution());
-  if (!map.tree().getRoot()) return tree;
-  const octomap::OcTreeKey first = map.tree().key({0, 0, 0});
-  tree->setNodeValue(first, 0.F, true);  // makes a root, with a branch that is not wanted
-  tree->deleteNode(first, 1);
-  UtilityOcTreeNode* root = tree->getRoot();
-  if (!root) throw std::logic_error("an octree without a root");
-  copyBelow(map.tree(), map.tree().getRoot(), *tree, root);
+  tree->copyOccupancy(map.tree());
   UtilityOcTreeNode data;
   for (std::size_t i = 0; i < utility.voxels.size(); ++i) {
     data.utility = utility.utility[i];
     data.direction = utility.direction[i];
-    setBelow(*tree, root, map.tree().key(utility.voxels[i]), 0, data);
+    setBelow(*tree, tree->getRoot(), map.tree().key(utility.voxels[i]), 0, data);
   }
   tree->prune();
   return tree;
