@@ -75,6 +75,8 @@ void bindProbe(py::module_& m) {
   py::class_<ProbeOptions>(m, "ProbeOptions", "How a view is decided.")
       .def(py::init<>(), "Defaults.")
       .def_readwrite("roll_step_rad", &ProbeOptions::roll_step_rad, "Largest step between rolls [rad].")
+      .def_readwrite("roll_search", &ProbeOptions::roll_search,
+                     "Look between the steps where a limit was just missed.")
       .def_readwrite("self_collision", &ProbeOptions::self_collision, "Refuse self-collisions.")
       .def_readwrite("self_collision_padding_m", &ProbeOptions::self_collision_padding_m,
                      "Padding of links [m].")

@@ -10,6 +10,8 @@ namespace ik = fv_robot_model::ik;
 
 namespace {
 
+constexpr int kFinerRolls = 5;  // tries on each side of a roll that misses a limit by little
+
 /// 0 to 2 pi in at most the given steps, coarse to fine: most views that can be held are found in a few
 /// tries.
 std::vector<double> coarseToFine(double step) {
@@ -33,6 +35,13 @@ bool rollsAboutTipZ(const ik::SerialChain& chain) {
   const bool aligned = last.axis.cross(z).norm() < 1e-6;
   const bool on_axis = last.axis.cross(chain.zeroPose().translation() - last.point).norm() < 1e-6;
   return !last.prismatic && aligned && on_axis;
+}
+
+/// The point of line a that is nearest to line b.
+Eigen::Vector3d nearestPoint(const ik::ChainJoint& a, const ik::ChainJoint& b) {
+  const Eigen::Vector3d across = a.axis.cross(b.axis);
+  if (across.squaredNorm() < 1e-12) return a.point;
+  return a.point + (b.point - a.point).cross(b.axis).dot(across) / across.squaredNorm() * a.axis;
 }
 
 Eigen::Matrix3d frameLookingAlong(const Eigen::Vector3d& z) {
@@ -65,6 +74,8 @@ ViewProbe::ViewProbe(const fv_robot_model::RobotModel& model, const std::string&
     ik_options.sweep_step_rad = 2.0 * M_PI;
     one_per_interval_ = ik::makeIkSolver(free_roll, ik_options);
   }
+  const bool searches = options.roll_search && !roll_by_last_joint_ && solver_->exact() && chain.dof() == 6;
+  if (searches) prepareRollSearch(chain, ik_options);
   if (options.self_collision) {
     collision_ = std::make_unique<fv_robot_model::SelfCollision>(
         model, group_, fv_robot_model::SelfCollisionConfig{options.self_collision_padding_m, true});
@@ -84,6 +95,19 @@ void ViewProbe::holdLastJoint(const ik::SerialChain& chain, const ik::IkOptions&
   held_value_ = std::clamp(0.0, last.lower, last.upper);
   held_solver_ = ik::makeIkSolver(chain.withFixedJoint(chain.dof() - 1, held_value_), ik_options);
   if (!held_solver_->exact()) held_solver_.reset();
+}
+
+void ViewProbe::prepareRollSearch(const ik::SerialChain& chain, const ik::IkOptions& ik_options) {
+  ik::SerialChain wider = chain;
+  // Joints move faster than the tip rolls where the arm is nearly stretched.
+  const double slack = 3.0 * options_.roll_step_rad;
+  for (int i = 0; i < chain.dof(); ++i) {
+    wider = wider.withLimits(i, chain.joint(i).lower - slack, chain.joint(i).upper + slack);
+  }
+  wider_solver_ = ik::makeIkSolver(wider, ik_options);
+  shoulder_ = nearestPoint(chain.joint(0), chain.joint(1));
+  p_tip_wrist_ =
+      chain.zeroPose().inverse() * nearestPoint(chain.joint(chain.dof() - 1), chain.joint(chain.dof() - 2));
 }
 
 bool ViewProbe::isFree(const double* q) {
@@ -158,13 +182,61 @@ double ViewProbe::decide(const Eigen::Vector3d& position, const Eigen::Vector3d&
   T.translation() = position;
   T.linear() = frameLookingAlong(direction);
   if (roll_by_last_joint_ && !held_solver_) return decideFreeRoll(T, q_witness);
-  const Eigen::Matrix3d R = T.linear();
+  return wider_solver_ ? searchRoll(T, q_witness) : stepRoll(T, q_witness);
+}
+
+double ViewProbe::stepRoll(const Eigen::Isometry3d& T, double* q_witness) {
   for (const double roll : rolls_) {
-    T.linear() = R * Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    const double manipulability = held_solver_ ? solveHeld(T, q_witness) : decideFreeRoll(T, q_witness);
+    const Eigen::Isometry3d rolled = T * Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ());
+    const double manipulability =
+        held_solver_ ? solveHeld(rolled, q_witness) : decideFreeRoll(rolled, q_witness);
     if (manipulability >= 0.0) return manipulability;
   }
   return -1.0;
+}
+
+double ViewProbe::searchRoll(const Eigen::Isometry3d& T, double* q_witness) {
+  near_misses_.clear();
+  // At these two rolls the wrist is nearest to and farthest from the shoulder: a window that the elbow alone
+  // bounds has one of them in its middle, however narrow it is.
+  const Eigen::Vector3d shoulder = T.inverse() * shoulder_;
+  const double stretched =
+      std::atan2(shoulder.y(), shoulder.x()) - std::atan2(p_tip_wrist_.y(), p_tip_wrist_.x());
+  for (const double roll : {stretched, stretched + M_PI}) {
+    const double manipulability = tryRoll(T, roll, q_witness);
+    if (manipulability >= 0.0) return manipulability;
+  }
+  for (const double roll : rolls_) {
+    const double manipulability = tryRoll(T, roll, q_witness);
+    if (manipulability >= 0.0) return manipulability;
+  }
+  // Windows between joint limits may be narrower than a step: look closer where a limit is missed by little.
+  for (const double roll : near_misses_) {
+    for (int k = 1; k <= kFinerRolls; ++k) {
+      for (const double side : {-1.0, 1.0}) {
+        const double finer = roll + side * k * 0.5 * options_.roll_step_rad / kFinerRolls;
+        const Eigen::Isometry3d rolled = T * Eigen::AngleAxisd(finer, Eigen::Vector3d::UnitZ());
+        const double manipulability = solveWith(*solver_, rolled, q_witness);
+        if (manipulability >= 0.0) return manipulability;
+      }
+    }
+  }
+  return -1.0;
+}
+
+double ViewProbe::tryRoll(const Eigen::Isometry3d& T, double roll, double* q_witness) {
+  const Eigen::Isometry3d rolled = T * Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitZ());
+  solutions_.reset(dof());
+  ++counts_.ik_calls;
+  wider_solver_->solvePose(rolled, nullptr, solutions_);
+  int kept = 0;
+  for (int i = 0; i < solutions_.size(); ++i) {
+    if (!solver_->chain().withinLimits(solutions_.row(i), 0.0)) continue;
+    std::copy_n(solutions_.row(i), dof(), solutions_.row(kept++));
+  }
+  if (kept < solutions_.size()) near_misses_.push_back(roll);
+  solutions_.resize(kept);
+  return kept > 0 ? bestFree(false, q_witness) : -1.0;
 }
 
 double ViewProbe::decidePose(const Eigen::Isometry3d& T_base_tip, double* q_witness) {

@@ -15,8 +15,10 @@ namespace capability_map {
 
 struct ProbeOptions {
   double roll_step_rad{
-      0.0872664626};          ///< Largest step between tried rolls about the tip's z [rad] (5 degrees).
-  bool self_collision{true};  ///< Refuse configurations in which the robot touches itself.
+      0.0872664626};  ///< Largest step between tried rolls about the tip's z [rad] (5 degrees).
+  bool roll_search{
+      true};  ///< Look between the steps where a limit was missed by little; false: the steps alone.
+  bool self_collision{true};                ///< Refuse configurations in which the robot touches itself.
   double self_collision_padding_m{0.0};     ///< Links closer than twice that count as touching [m].
   double direction_tolerance_rad{0.0};      ///< Arms with fewer than 6 joints: how far z may miss [rad].
   double arm_angle_step_rad{0.0872664626};  ///< Step of redundant angles [rad].
@@ -57,6 +59,11 @@ class ViewProbe {
   double decideFreeRoll(const Eigen::Isometry3d& T, double* q_witness);
   void holdLastJoint(const fv_robot_model::ik::SerialChain& chain,
                      const fv_robot_model::ik::IkOptions& options);
+  void prepareRollSearch(const fv_robot_model::ik::SerialChain& chain,
+                         const fv_robot_model::ik::IkOptions& options);
+  double stepRoll(const Eigen::Isometry3d& T, double* q_witness);
+  double searchRoll(const Eigen::Isometry3d& T, double* q_witness);
+  double tryRoll(const Eigen::Isometry3d& T, double roll, double* q_witness);
   double solveHeld(const Eigen::Isometry3d& T, double* q_witness);
   double solveWith(const fv_robot_model::ik::IkSolver& solver, const Eigen::Isometry3d& T, double* q_witness);
   double bestFree(bool any_roll, double* q_witness);
@@ -76,6 +83,11 @@ class ViewProbe {
   std::unique_ptr<fv_robot_model::ik::IkSolver> held_solver_;
   double held_value_{0.0};
   fv_robot_model::ik::IkSolutions held_solutions_;
+  /// 6 joints, roll not by the last one: limits widened, to see where a window between two rolls may hide.
+  std::unique_ptr<fv_robot_model::ik::IkSolver> wider_solver_;
+  Eigen::Vector3d shoulder_{0.0, 0.0, 0.0};     ///< Base frame [m].
+  Eigen::Vector3d p_tip_wrist_{0.0, 0.0, 0.0};  ///< Where the last two axes are nearest, tip frame [m].
+  std::vector<double> near_misses_;
   std::unique_ptr<fv_robot_model::SelfCollision> collision_;
   bool roll_by_last_joint_{false};
   std::vector<double> rolls_;  ///< Coarse to fine [rad].

@@ -55,6 +55,7 @@ def fresh_truth(
     options = ProbeOptions()
     parameters = cap.data.parameters
     options.roll_step_rad = math.radians(roll_step_deg)
+    options.roll_search = parameters["roll_search"]
     options.self_collision = parameters["self_collision"]
     options.self_collision_padding_m = parameters["self_collision_padding_m"]
     if len(cap.data.joint_names) < 6:

@@ -20,6 +20,7 @@ class BuildParameters:
     :param points: points on each sphere (thesis: 200).
     :param roll_step_deg: largest step between tried rolls about the tip's z [degrees] (thesis: 30). Unused where
         the last joint turns about z: there one call of the inverse kinematics stands for every roll.
+    :param roll_search: look between these steps where a joint limit was missed by little; false: the thesis's stepping.
     :param arm_angle_step_deg: step of the redundant angle of arms with more than 6 joints [degrees].
     :param direction_tolerance_deg: how far the viewing direction may miss, only for arms with fewer than 6 joints
         [degrees]; None: the angular radius of one sphere point's share of the sphere.
@@ -35,6 +36,7 @@ class BuildParameters:
     radii_per_arm_length: float = 30.0
     points: int = 200
     roll_step_deg: float = 5.0
+    roll_search: bool = True
     arm_angle_step_deg: float = 5.0
     direction_tolerance_deg: float | None = None
     self_collision: bool = True

@@ -14,7 +14,7 @@ from capability_map.errors import CapabilityMapError
 from capability_map.parameters import BuildParameters
 from capability_map.robots import Arm
 
-METHOD_VERSION = 1  # grows when equal parameters lead to another map
+METHOD_VERSION = 2  # grows when equal parameters lead to another map
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,6 +45,7 @@ class BuildPlan:
         """Return the settings of ViewProbe."""
         options = ProbeOptions()
         options.roll_step_rad = math.radians(self.parameters.roll_step_deg)
+        options.roll_search = self.parameters.roll_search
         options.arm_angle_step_rad = math.radians(self.parameters.arm_angle_step_deg)
         options.self_collision = self.parameters.self_collision
         options.self_collision_padding_m = self.parameters.self_collision_padding_m

@@ -1,0 +1,76 @@
+"""How true are the answers? HUBO against EAIK, KUKA against finer redundancy sampling."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+# The package capability_map, not the bench of that name beside this file.
+sys.path.append(sys.path.pop(sys.path.index(str(Path(__file__).parent))))
+
+import importlib.util
+
+import numpy as np
+from capability_rows import row
+from capability_truth import eaik_truth
+
+from capability_map import CapabilityMap, check
+from capability_map._core import ProbeOptions, ViewProbe
+from capability_map.robots import load_arm
+
+
+def run(quick: bool) -> list[dict]:
+    """Accuracy, found and false positives of every way of asking; bars on interpolated bits."""
+    maps = _neighbour("capability_map")
+    rows = []
+    for robot in ("hubo",) if quick else ("hubo", "kuka_iiwa"):
+        cap, arm = maps.default_map(robot), load_arm(robot)
+        views = check.random_views(cap, 1000 if quick else 20000, 2)
+        truth = eaik_truth(arm, *views, 5.0) if robot == "hubo" else check.fresh_truth(cap, arm, *views, 2.0)
+        for result in check.compare(cap, truth, *views):
+            rows += _rows(robot, result)
+        rows.append(_baldness_row(cap, arm, 200 if quick else 2000))
+    return rows
+
+
+def _rows(robot: str, result: check.Accuracy) -> list[dict]:
+    bars = (
+        {"accuracy": 99.0, "found": 98.0, "false_positives": 1.0}
+        if result.method == "interpolated bits"
+        else {}
+    )
+    rows = []
+    for name in ("accuracy", "found", "false_positives"):
+        value, bar = 100.0 * getattr(result, name), bars.get(name)
+        met = None if bar is None else (value <= bar if name == "false_positives" else value >= bar)
+        rows.append(
+            row("capability_accuracy", f"{robot} {result.method}: {name}", value, "%", target=bar, met=met)
+        )
+    return rows
+
+
+def _baldness_row(cap: CapabilityMap, arm, count: int) -> dict:
+    """Random sphere points decided again with ten times finer roll and redundancy: is a point missing?"""
+    random = np.random.default_rng(3)
+    sphere = random.integers(len(cap.centres), size=count)
+    point = random.integers(len(cap.directions), size=count)
+    outward = cap.directions[point]
+    options = ProbeOptions()
+    options.roll_step_rad /= 10.0
+    options.arm_angle_step_rad /= 10.0
+    fine, _ = ViewProbe(arm.model(), arm.group, options).decide(
+        cap.centres[sphere] + cap.radius * outward, -outward
+    )
+    percent = 100.0 * float((fine != cap.valid[sphere, point]).mean())
+    return row("capability_accuracy", f"{cap.data.robot}: sphere points that ten times finer steps decide otherwise",
+               percent, "%", target=0.1, met=percent <= 0.1)  # fmt: skip
+
+
+def _neighbour(name: str):
+    """The bench file of that name: the package of the same name hides it from `import`."""
+    spec = importlib.util.spec_from_file_location(
+        f"bench_{name}_file", Path(__file__).with_name(f"{name}.py")
+    )
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

@@ -1,0 +1,95 @@
+"""Building maps at the thesis's parameters: seconds, calls, memory; and the symmetry of KUKA's index map."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+# The package capability_map, not the bench of that name beside this file.
+sys.path.append(sys.path.pop(sys.path.index(str(Path(__file__).parent))))
+
+import resource
+import tempfile
+
+import numpy as np
+from capability_rows import row
+
+from capability_map import BuildParameters, CapabilityMap, default_map_path
+from capability_map.build import build_map, local_executor
+from capability_map.errors import CapabilityMapError
+from capability_map.plan import plan_build
+from capability_map.robots import load_arm
+
+BARS_S = {"hubo": 120.0, "kuka_iiwa": 1200.0}
+
+
+def run(quick: bool) -> list[dict]:
+    """One build a robot on two cores; quick: spheres of four times the radius."""
+    rows = []
+    for robot in ("hubo", "kuka_iiwa"):
+        arm = load_arm(robot)
+        plan = plan_build(arm, BuildParameters(radii_per_arm_length=7.5 if quick else 30.0))
+        with tempfile.TemporaryDirectory() as folder:
+            data = build_map(plan, Path(folder) / "map.h5", local_executor(2))
+            megabytes = (Path(folder) / "map.h5").stat().st_size / 1e6
+        counts = data.statistics
+        case = f"{robot} {arm.group}, {len(data.outward)} points, {counts['cells']} cells"
+        bar = None if quick else BARS_S[robot]
+        rows += [
+            row("capability_map", case, counts["seconds"], "s", target=bar,
+                met=None if bar is None else counts["seconds"] <= bar),
+            row("capability_map", f"{robot}: calls of inverse kinematics", counts["ik_calls"], "calls"),
+            row("capability_map", f"{robot}: collision checks", counts["collision_checks"], "checks"),
+            row("capability_map", f"{robot}: file", megabytes, "MB", target=25.0, met=megabytes <= 25.0),
+        ]  # fmt: skip
+        if robot == "kuka_iiwa":
+            rows += symmetry_rows(CapabilityMap(data))
+    peak = (
+        resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        + 2 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+    ) / 1e3
+    rows.append(
+        row(
+            "capability_map",
+            "peak memory, this process and two workers",
+            peak,
+            "MB",
+            target=2000.0,
+            met=peak <= 2000.0,
+        )
+    )
+    return rows
+
+
+def symmetry_rows(cap: CapabilityMap) -> list[dict]:
+    """How far the index of spheres differs from that of the spheres a quarter, half and three quarter turn away.
+
+    The grid is centered on the first axis, so these turns take spheres to spheres; the spiral of directions does not
+    turn along, which itself moves the count by some points.
+    """
+    size = cap.data.grid_size
+    index = np.zeros(int(np.prod(size)))
+    index[cap.data.cells] = cap.index()
+    volume = index.reshape(size)
+    differences = [np.abs(np.rot90(volume, k, axes=(0, 1)) - volume)[volume > 0] for k in (1, 2, 3)]
+    apart = np.concatenate(differences)
+    return [
+        row("capability_map", "kuka_iiwa: index turned about axis 1, 95th percentile",
+            float(np.percentile(apart, 95)), "% of N"),
+        row("capability_map", "kuka_iiwa: index turned about axis 1, largest", float(apart.max()), "% of N", target=1.0,
+            met=bool(apart.max() <= 1.0)),
+    ]  # fmt: skip
+
+
+def default_map(robot: str) -> CapabilityMap:
+    """The robot's map from the data folder, built at the default resolution when it is missing or coarser."""
+    arm = load_arm(robot)
+    plan = plan_build(arm, BuildParameters())
+    path = default_map_path(arm.robot, arm.group)
+    try:
+        cap = CapabilityMap.load(path, arm.urdf_xml)
+        if cap.data.parameters.get("key") == plan.key:
+            return cap
+    except CapabilityMapError:
+        pass
+    return CapabilityMap(build_map(plan, path, local_executor(2)))

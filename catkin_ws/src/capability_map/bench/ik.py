@@ -1,0 +1,81 @@
+"""Inverse kinematics: closed forms against KDL with several starts and against EAIK's own batch call."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+# The package capability_map, not the bench of that name beside this file.
+sys.path.append(sys.path.pop(sys.path.index(str(Path(__file__).parent))))
+
+import statistics
+
+import numpy as np
+from capability_rows import row, timed
+from capability_truth import EaikArm
+from scipy.spatial.transform import Rotation
+
+from capability_map.robots import load_arm
+from fv_robot_model.ik import IkOptions, SerialChain, make_ik_solver, make_numerical_ik_solver
+
+ROBOTS = ("hubo", "kuka_iiwa", "franka_panda", "youbot_arm")
+
+
+def poses_of(chain: SerialChain, count: int, seed: int) -> np.ndarray:
+    """(count, 4, 4): the first half made by forward kinematics, the others anywhere in the ball's cube."""
+    random = np.random.default_rng(seed)
+    half = count // 2
+    center, radius = chain.reach_bound()
+    reachable = chain.forward(random.uniform(*chain.limits.T, (half, chain.dof)))
+    anywhere = np.tile(np.eye(4), (count - half, 1, 1))
+    anywhere[:, :3, :3] = Rotation.random(count - half, random_state=seed).as_matrix()
+    anywhere[:, :3, 3] = center + random.uniform(-radius, radius, (count - half, 3))
+    return np.concatenate([reachable, anywhere])
+
+
+def run(quick: bool) -> list[dict]:
+    """Microseconds a pose, and how many poses known to be reachable are missed."""
+    count, runs = (2000, 3) if quick else (20000, 7)
+    rows = []
+    for robot in ROBOTS:
+        arm = load_arm(robot)
+        chain = SerialChain.of_group(arm.model(), arm.group)
+        rows += _robot_rows(robot, chain, poses_of(chain, count, 1), runs)
+    return rows
+
+
+def _robot_rows(robot: str, chain: SerialChain, poses: np.ndarray, runs: int) -> list[dict]:
+    solver = make_ik_solver(chain)
+    seconds = timed(lambda: solver.solve(poses), runs if solver.family.endswith("R") else 1)
+    ours = 1e6 * statistics.median(seconds) / len(poses)
+    found = np.diff(solver.solve(poses)[0]) > 0
+    half = len(poses) // 2
+    few = np.concatenate([poses[:50], poses[half : half + 50]])  # KDL takes milliseconds a pose
+    numerical = make_numerical_ik_solver(chain)
+    kdl = 1e6 * timed(lambda: numerical.solve(few), 1)[0] / len(few)
+    kdl_found = np.diff(numerical.solve(few)[0]) > 0
+    union = np.concatenate([found[:50], found[half : half + 50]]) | kdl_found
+    ours_of_few = np.concatenate([found[:50], found[half : half + 50]])
+    speed_bar = 200.0 if solver.family.endswith("6R") and not solver.family.startswith("sweep") else None
+    name = f"KDL, {IkOptions().numerical_starts} starts"
+    rows = [
+        row("ik", f"{robot} {solver.family}", ours, "us/pose", kdl, name, speed_bar,
+            None if speed_bar is None else kdl / ours >= speed_bar, seconds),
+        row("ik", f"{robot}: reachable poses missed of {half}", int((~found[:half]).sum()), "poses",
+            target=0 if solver.exact else None, met=bool(found[:half].all()) if solver.exact else None),
+        row("ik", f"{robot}: solved of the union's {int(union.sum())} of 100", float(ours_of_few.sum()), "poses",
+            float(kdl_found.sum()), name),
+    ]  # fmt: skip
+    if solver.family == "spherical-shoulder-6R":
+        rows.append(_eaik_row(robot, chain, poses, ours, seconds, runs))
+    return rows
+
+
+def _eaik_row(
+    robot: str, chain: SerialChain, poses: np.ndarray, ours: float, seconds: list[float], runs: int
+) -> dict:
+    eaik = EaikArm(chain)
+    prepared = eaik.prepare(poses)
+    theirs = 1e6 * statistics.median(timed(lambda: eaik.batch(prepared, 1), runs)) / len(poses)
+    return row("ik", f"{robot} against EAIK", ours, "us/pose", theirs, "EAIK's batch call, one thread as ours", 3.0,
+               theirs / ours >= 3.0, seconds)  # fmt: skip
