@@ -55,6 +55,7 @@ class Pictures(unittest.TestCase):
             "_width:=640",
             "_height:=480",
         ]
+        command += ["_height:=480", "_timeout_s:=15.0"]
         cls.node = subprocess.Popen(command, env=environment)
         rospy.wait_for_service("/fv_viz/screenshot", timeout=90)
         cls.take = rospy.ServiceProxy("/fv_viz/screenshot", Screenshot)
@@ -89,14 +90,24 @@ class Pictures(unittest.TestCase):
         self.assertIn("path", self.take(ScreenshotRequest()).message)
 
     def test_an_rviz_that_was_killed_is_started_again(self):
+        os.kill(self._rviz(), signal.SIGKILL)
+        reply = self.take(ScreenshotRequest(path="d.png"))
+        self.assertTrue(reply.success, reply.message)
+
+    def test_an_rviz_that_hangs_is_replaced_in_time(self):
+        hanging = self._rviz()
+        os.kill(hanging, signal.SIGSTOP)
+        reply = self.take(ScreenshotRequest(path="e.png"))
+        self.assertTrue(reply.success, reply.message)
+        self.assertNotEqual(self._rviz(), hanging)
+
+    def _rviz(self):
         children = subprocess.run(
             ["pgrep", "-f", "fv_viz.offscreen.rviz_process"], capture_output=True, text=True
         )
         mine = [int(k) for k in children.stdout.split() if self._is_mine(int(k))]
         self.assertEqual(len(mine), 1)
-        os.kill(mine[0], signal.SIGKILL)
-        reply = self.take(ScreenshotRequest(path="d.png"))
-        self.assertTrue(reply.success, reply.message)
+        return mine[0]
 
     def _is_mine(self, pid):
         with open(f"/proc/{pid}/environ", "rb") as file:

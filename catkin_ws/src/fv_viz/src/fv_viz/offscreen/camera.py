@@ -26,6 +26,7 @@ class RvizProcess:
     def __init__(self, config: ScreenshotConfig, display: str) -> None:
         reader, writer = os.pipe()
         self._replies: int | None = reader
+        self._display = display
         environment = {**os.environ, "DISPLAY": display}
         environment.setdefault("LIBGL_ALWAYS_SOFTWARE", "1")
         environment.setdefault("QT_X11_NO_MITSHM", "1")
@@ -68,13 +69,18 @@ class RvizProcess:
             os.close(self._replies)
             self._replies = None
 
+    def _fate(self, timeout_s: float) -> str:
+        try:
+            return f"died with code {self._process.wait(1.0)}"
+        except subprocess.TimeoutExpired:
+            return f"did not answer within {timeout_s:g} s"
+
     def _read(self, timeout_s: float, what: str) -> dict:
         line = processes.read_line(self._replies, timeout_s)
         if line is None:
-            code = self._process.poll()
+            fate = self._fate(timeout_s)
             self.close()
-            fate = f"did not answer within {timeout_s:g} s" if code is None else f"died with code {code}"
-            raise RvizFailed(f"RViz {fate} ({what})")
+            raise RvizFailed(f"RViz {fate} ({what}, display {self._display})")
         return json.loads(line)
 
 

@@ -51,7 +51,7 @@ class Frame:
                 f'<line class="grid" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{row:.1f}" y2="{row:.1f}"/>'
             )
             parts.append(f'<text x="{LEFT - 7}" y="{row + 4:.1f}" text-anchor="end">{tick:g}</text>')
-        for tick in ticks(*self._x):
+        for tick in ticks(*self._x, least=1.0 if self._labels[0] == "view" else 0.0):
             parts.append(
                 f'<text x="{self.x(tick):.1f}" y="{HEIGHT - BOTTOM + 17}" text-anchor="middle">{tick:g}</text>'
             )
@@ -62,9 +62,9 @@ class Frame:
         return "".join(parts)
 
 
-def ticks(low: float, high: float, about: int = 5) -> list[float]:
-    """Round numbers within low..high."""
-    raw = (high - low) / about
+def ticks(low: float, high: float, about: int = 5, least: float = 0.0) -> list[float]:
+    """Round numbers within low..high, no nearer to each other than `least`."""
+    raw = max((high - low) / about, least)
     base = 10.0 ** np.floor(np.log10(raw))
     step = base * min((k for k in (1, 2, 2.5, 5, 10) if k * base >= raw), default=10)
     return [

@@ -76,7 +76,7 @@ def outcome(data: RunData) -> str:
         gained.append(
             "nothing was touched" if count == 0 else f"something was touched in {count} physics steps"
         )
-    after = f"After {views} views the" if views is not None else "The"
+    after = "The" if views is None else f"After {views} view{'' if views == 1 else 's'} the"
     return f"{after} exploration {fate}{'; ' if gained else ''}{' and '.join(gained)}."
 
 

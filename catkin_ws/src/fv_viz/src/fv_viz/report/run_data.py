@@ -82,6 +82,7 @@ def load(folder: Path) -> RunData:
     )
     if not data.pictures:
         data.missing.append("no pictures in screenshots/")
+    data.pictures[:0] = sorted(folder.glob("scene.png"))  # the true scene first
     if len(data.missing) == len(readers) + 1:
         raise FileNotFoundError(f"{folder} holds nothing of a run: {'; '.join(data.missing)}")
     return data

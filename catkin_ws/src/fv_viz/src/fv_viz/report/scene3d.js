@@ -14,7 +14,7 @@
   const CORNERS = [[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]];
   const middle = data.low.map((low, k) => (low + data.high[k]) / 2);
   const size = Math.hypot(...data.high.map((high, k) => high - data.low[k]));
-  const home = { yaw: -2.4, pitch: 0.5, distance: 0.95 * size, focus: [...middle] };
+  const home = { yaw: -2.4, pitch: 0.5, distance: 1.05 * size, focus: [...middle] };
   const camera = { ...home, focus: [...home.focus] };
   let lastView = 255;
 
