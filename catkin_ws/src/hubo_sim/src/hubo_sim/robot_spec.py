@@ -38,18 +38,27 @@ class RobotSpec:
 
     def group_state(self, name: str) -> dict[str, float]:
         """Joint positions [rad, m] of a named SRDF pose. Raises SimError listing the names."""
-        states: dict[str, dict[str, float]] = {}
-        for state in _parse(self.srdf_xml or "<robot/>", "SRDF").iter("group_state"):
-            values = {j.get("name"): float(j.get("value", "0").split()[0]) for j in state.iter("joint")}
-            states.setdefault(state.get("name"), {}).update(values)
+        states = self._group_states()
         if name not in states:
             raise SimError(f"unknown pose {name!r}; the SRDF has: {', '.join(sorted(states)) or 'none'}")
         return states[name]
 
     def start_positions(self, start_pose: str = "") -> dict[str, float]:
-        """Joint positions at the start: of `start_pose`, else of robot.yaml's exploration.start_pose, else none."""
+        """Joint positions at the start: of `start_pose`, else of robot.yaml's exploration.start_pose, else none.
+
+        Groups without that pose start at `home`, if they have one: at zero HUBO's left hand would rest on its thigh.
+        """
         name = start_pose or (self.config.get("exploration") or {}).get("start_pose", "")
-        return self.group_state(name) if name else {}
+        home = self._group_states().get("home", {})
+        return home | (self.group_state(name) if name else {})
+
+    def _group_states(self) -> dict[str, dict[str, float]]:
+        """Joint positions [rad, m] of every named SRDF pose, over all groups that have one of that name."""
+        states: dict[str, dict[str, float]] = {}
+        for state in _parse(self.srdf_xml or "<robot/>", "SRDF").iter("group_state"):
+            values = {j.get("name"): float(j.get("value", "0").split()[0]) for j in state.iter("joint")}
+            states.setdefault(state.get("name"), {}).update(values)
+        return states
 
     def disabled_pairs(self) -> list[tuple[str, str]]:
         """Link pairs that the SRDF takes out of self-collision."""
