@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from control_msgs.msg import FollowJointTrajectoryGoal, JointTolerance, JointTrajectoryControllerState
 from fv_msgs.msg import Contacts
-from geometry_msgs.msg import Pose, TransformStamped
+from geometry_msgs.msg import Pose, TransformStamped, Vector3, WrenchStamped
 from rospy import Duration, Time
-from sensor_msgs.msg import CameraInfo, Image, JointState, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2, PointField
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
@@ -56,6 +56,36 @@ def points_from_cloud(msg: PointCloud2) -> np.ndarray:
     """(H, W, 3) float32 points of a cloud as `cloud_msg` makes them."""
     data = np.frombuffer(msg.data, _POINT).reshape(msg.height, msg.width)
     return np.stack([data["x"], data["y"], data["z"]], axis=-1)
+
+
+def laser_msg(
+    ranges: np.ndarray, azimuths_rad: np.ndarray, limits_m: tuple[float, float], head: Header
+) -> LaserScan:
+    """Planar scan of ranges (N,) [m] at evenly spaced angles (N,); no return: inf, as REP 117 has it."""
+    step = float(azimuths_rad[1] - azimuths_rad[0]) if len(azimuths_rad) > 1 else 0.0
+    return LaserScan(
+        header=head,
+        angle_min=float(azimuths_rad[0]),
+        angle_max=float(azimuths_rad[-1]),
+        angle_increment=step,
+        range_min=limits_m[0],
+        range_max=limits_m[1],
+        ranges=np.where(np.isnan(ranges), np.inf, ranges).tolist(),
+    )
+
+
+def imu_msg(angular: np.ndarray, force: np.ndarray, head: Header) -> Imu:
+    """Angular velocity (3,) [rad/s] and specific force (3,) [m/s^2]; the orientation is not measured (REP 145)."""
+    out = Imu(header=head, angular_velocity=Vector3(*angular), linear_acceleration=Vector3(*force))
+    out.orientation_covariance[0] = -1.0
+    return out
+
+
+def wrench_msg(force: np.ndarray, torque: np.ndarray, head: Header) -> WrenchStamped:
+    """Force (3,) [N] and torque (3,) [N m]."""
+    out = WrenchStamped(header=head)
+    out.wrench.force, out.wrench.torque = Vector3(*force), Vector3(*torque)
+    return out
 
 
 def depth_msg(depth: np.ndarray, head: Header) -> Image:

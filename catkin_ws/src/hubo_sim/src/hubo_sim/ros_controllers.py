@@ -74,10 +74,10 @@ class RosController:
             self.controller.names, self.controller.desired, self.controller.error, stamp
         )
         if now >= self._state_due_s:
-            self._state_due_s = now + 1.0 / config.state_publish_rate
+            self._state_due_s = max(self._state_due_s + 1.0 / config.state_publish_rate, now)
             self._state_pub.publish(state)
         if now >= self._feedback_due_s:
-            self._feedback_due_s = now + 1.0 / config.action_monitor_rate
+            self._feedback_due_s = max(self._feedback_due_s + 1.0 / config.action_monitor_rate, now)
             if self.controller.active is not None:
                 self.controller.active.handle.publish_feedback(_feedback(state))
 

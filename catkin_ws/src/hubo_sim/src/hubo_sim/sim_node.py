@@ -19,6 +19,7 @@ from hubo_sim.pacer import Pacer
 from hubo_sim.requests import RequestQueue, wait_for
 from hubo_sim.ros_cameras import RosCamera
 from hubo_sim.ros_controllers import RosController
+from hubo_sim.ros_sensors import RosSensor
 from hubo_sim.ros_services import WorldServices
 from hubo_sim.simulator import Simulator
 
@@ -45,6 +46,7 @@ class SimNode:
         self._grace_end_s = 0.0  # wall time
         self._last_moving_step = 0
         self._clock_due = self._joints_due = self._contacts_due = 0
+        self._last_joints_ns = 0
         self._last_pairs: list[str] | None = None
         self._clock_pub = rospy.Publisher("/clock", Clock, queue_size=10)
         self._joints_pub = rospy.Publisher("/joint_states", JointState, queue_size=50)
@@ -54,6 +56,7 @@ class SimNode:
             RosController(name, controller, self.requests.post, self.requests.ask, lambda: sim.now_s)
             for name, controller in sim.controllers.items()
         ]
+        self.sensors = [RosSensor(sensor) for sensor in sim.sensors.values()]
         self.cameras = [RosCamera(camera) for camera in sim.cameras.values()]
 
     def run(self) -> None:
@@ -146,6 +149,9 @@ class SimNode:
         self.sim.step()
         if self.sim.is_moving:
             self._last_moving_step = self.sim.steps
+        for sensor in self.sensors:
+            if (self.config.scans_run_free or not sensor.is_heavy) and sensor.is_due(self.sim.now_s):
+                sensor.publish(self.sim.scene, time_from_ns(self.sim.clock_ns))
         if self.config.scans_run_free:
             for camera in self.cameras:
                 if camera.is_due(self.sim.now_s):
@@ -192,7 +198,8 @@ class SimNode:
 
     def _make_stamp_new(self) -> None:
         """Move the clock to where joint states are due: robot_state_publisher ignores those that come sooner."""
-        self.sim.sleep_until(self._joints_due)
+        period_ns = round(1e9 / self.config.joint_state_rate_hz)
+        self.sim.sleep_until(self._last_joints_ns + period_ns)
 
     def _publish_scan(self, camera: RosCamera) -> rospy.Time:
         """Clock and joint states of this moment, then the scan of it."""
@@ -204,14 +211,15 @@ class SimNode:
 
     def _publish_joints(self, stamp: rospy.Time) -> None:
         self._joints_pub.publish(joint_state_msg(self.sim.robot.joint_names, self.sim.robot.state(), stamp))
-        self._joints_due = self.sim.clock_ns + round(1e9 / self.config.joint_state_rate_hz)
+        self._last_joints_ns = self.sim.clock_ns
+        self._joints_due = _next_due(self._joints_due, self.sim.clock_ns, self.config.joint_state_rate_hz)
 
     def _publish_due(self) -> None:
         now = self.sim.clock_ns
         stamp = time_from_ns(now)
         if now >= self._clock_due:
             self._clock_pub.publish(Clock(stamp))
-            self._clock_due = now + round(1e9 / self.config.clock_rate_hz)
+            self._clock_due = _next_due(self._clock_due, now, self.config.clock_rate_hz)
         if now >= self._joints_due:
             self._publish_joints(stamp)
         for controller in self.controllers:
@@ -220,3 +228,8 @@ class SimNode:
         if contacts.pairs != self._last_pairs or (contacts.pairs and now >= self._contacts_due):
             self._contacts_pub.publish(contacts_msg(contacts, stamp, self.config.world_frame))
             self._last_pairs, self._contacts_due = list(contacts.pairs), now + _CONTACT_PERIOD_NS
+
+
+def _next_due(due_ns: int, now_ns: int, rate_hz: float) -> int:
+    """When to publish next so that the rate holds on average, without catching up after a gap."""
+    return max(due_ns + round(1e9 / rate_hz), now_ns)

@@ -140,13 +140,44 @@ class SimRobot:
 
     def link_pose(self, link: str) -> np.ndarray:
         """T_world_link (4, 4) of a link's URDF frame. Raises SimError listing the links."""
-        if link not in self.link_index:
-            raise SimError(f"unknown link {link!r}; the robot has: {', '.join(sorted(self.link_index))}")
-        index = self.link_index[link]
+        index = self._index_of(link)
         if index < 0:
             return root_pose(self._client, self.body)
         state = self._client.getLinkState(self.body, index, computeForwardKinematics=True)
         return transform(state[4], state[5])
+
+    def link_velocity(self, link: str) -> tuple[np.ndarray, np.ndarray]:
+        """Linear [m/s] and angular [rad/s] velocity, (3,) each, of a link frame's origin, world frame."""
+        index = self._index_of(link)
+        if index < 0:
+            return np.zeros(3), np.zeros(3)  # the base is fixed
+        state = self._client.getLinkState(self.body, index, computeLinkVelocity=1, computeForwardKinematics=1)
+        arm = np.array(state[4]) - np.array(state[0])  # Bullet speaks of the centre of mass
+        angular = np.array(state[7])
+        return np.array(state[6]) + np.cross(angular, arm), angular
+
+    def enable_force_torque(self, joint: str) -> str:
+        """Make `joint_reaction` of a joint available; the name of its child link. Raises SimError."""
+        self._reaction_index(joint)
+        self._client.enableJointForceTorqueSensor(self.body, self._reaction_index(joint), True)
+        return self.link_name[self._reaction_index(joint)]
+
+    def joint_reaction(self, joint: str) -> tuple[np.ndarray, np.ndarray]:
+        """Force [N] and torque [N m], (3,) each, in the child link's frame, of the last step."""
+        reaction = self._client.getJointState(self.body, self._reaction_index(joint))[2]
+        return np.array(reaction[:3]), np.array(reaction[3:])
+
+    def _index_of(self, link: str) -> int:
+        if link not in self.link_index:
+            raise SimError(f"unknown link {link!r}; the robot has: {', '.join(sorted(self.link_index))}")
+        return self.link_index[link]
+
+    def _reaction_index(self, joint: str) -> int:
+        count = self._client.getNumJoints(self.body)
+        names = {self._client.getJointInfo(self.body, i)[1].decode(): i for i in range(count)}
+        if joint not in names:
+            raise SimError(f"unknown joint {joint!r}; the robot has: {', '.join(names)}")
+        return names[joint]
 
     def rigid_with(self, link: str) -> set[str]:
         """The links that no joint can move against `link`, itself included."""

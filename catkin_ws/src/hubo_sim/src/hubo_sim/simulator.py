@@ -11,6 +11,7 @@ from hubo_sim.config import SimConfig, from_mapping
 from hubo_sim.depth_camera import DepthCamera
 from hubo_sim.drives import EffortDrive, PositionDrive, make_drive
 from hubo_sim.errors import SimError
+from hubo_sim.other_sensors import SENSOR_TYPES, ForceTorque, Imu, Lidar
 from hubo_sim.robot_spec import RobotSpec
 from hubo_sim.scene import Scene
 from hubo_sim.sim_robot import SimRobot
@@ -66,6 +67,7 @@ class Simulator:
             for name, content in spec.sensors.items()
             if content.get("type") == "depth_camera"
         }
+        self.sensors = self._other_sensors()
         self.clock_ns = 0
         self.steps = 0
         self.contacts = ContactLog()
@@ -94,6 +96,9 @@ class Simulator:
         rate = self.config.physics_rate_hz  # whole nanoseconds, without drift
         self.clock_ns += round((self.steps + 1) * _NS / rate) - round(self.steps * _NS / rate)
         self.steps += 1
+        for sensor in self.sensors.values():
+            if isinstance(sensor, Imu):
+                sensor.update(step_s)
         self._count_contacts()
         slow = np.all(np.abs(self.robot.state()[1]) < self.config.rest_speed_rad_s)
         self._rest_steps = self._rest_steps + 1 if slow else 0
@@ -127,6 +132,18 @@ class Simulator:
             self._drives[name].reset()
         self.contacts = ContactLog()
         self._rest_steps = 0
+
+    def _other_sensors(self) -> dict[str, Lidar | Imu | ForceTorque]:
+        """Everything in sensors.yaml that is no depth camera. Raises SimError for an unknown type."""
+        out = {}
+        for name, content in self.spec.sensors.items():
+            kind = content.get("type")
+            if kind in SENSOR_TYPES:
+                out[name] = SENSOR_TYPES[kind](name, content, self.robot)
+            elif kind != "depth_camera":
+                valid = ", ".join(["depth_camera", *SENSOR_TYPES])
+                raise SimError(f"sensors.yaml: {name}: unknown type {kind!r}; valid: {valid}")
+        return out
 
     def _add_controller(self, name: str, content: dict) -> None:
         config: ControllerConfig = from_mapping(ControllerConfig, content, f"controller {name}")
