@@ -14,8 +14,9 @@ import numpy as np
 from capability_rows import row
 from capability_truth import eaik_truth
 
-from capability_map import CapabilityMap, check
-from capability_map._core import ProbeOptions, ViewProbe
+from capability_map import BuildParameters, CapabilityMap, check
+from capability_map._core import ViewProbe
+from capability_map.plan import probe_options
 from capability_map.robots import load_arm
 
 
@@ -55,7 +56,7 @@ def _baldness_row(cap: CapabilityMap, arm, count: int) -> dict:
     sphere = random.integers(len(cap.centres), size=count)
     point = random.integers(len(cap.directions), size=count)
     outward = cap.directions[point]
-    options = ProbeOptions()
+    options = probe_options(BuildParameters(), len(cap.data.joint_names))
     options.roll_step_rad /= 10.0
     options.arm_angle_step_rad /= 10.0
     fine, _ = ViewProbe(arm.model(), arm.group, options).decide(

@@ -230,3 +230,12 @@ def test_a_map_agrees_with_fresh_kinematics_where_it_is_sure(cap, arm):
     answers = cap.query(positions, directions)
     assert truth[answers > 0.99].mean() > 0.9
     assert truth[answers < 0.01].mean() < 0.02
+
+
+def test_the_threshold_balances_the_errors():
+    random = np.random.default_rng(0)
+    truth = random.random(5000) < 0.3
+    answer = np.clip(np.where(truth, 0.75, 0.25) + random.normal(scale=0.1, size=5000), 0.0, 1.0)
+    assert 0.4 <= check.best_threshold(answer, truth) <= 0.6
+    assert check.best_threshold(answer, np.ones(5000, bool)) is None
+    assert check.best_threshold(answer, np.zeros(5000, bool)) is None

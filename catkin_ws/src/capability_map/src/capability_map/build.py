@@ -17,13 +17,16 @@ import numpy as np
 from scipy.spatial import ConvexHull
 
 from capability_map import __name__ as package
-from capability_map import store
+from capability_map import check, store
 from capability_map._core import ViewProbe, build_spheres
+from capability_map.capability_map import CapabilityMap
 from capability_map.errors import CapabilityMapError
 from capability_map.plan import BuildPlan
 from capability_map.shapes import fit_all
 
 CELLS_PER_CHUNK = 64
+CALIBRATION_VIEWS = 20_000
+CALIBRATION_SEED = 100  # not among those that `check` and the benches use by default
 _MAX_POOL_DEATHS = 3
 
 
@@ -98,9 +101,18 @@ def build_map(
         report(Progress(done, chunk_count(plan), elapsed, left))
     batches = [_load_part(parts, number) for number in range(chunk_count(plan))]
     data = assemble(plan, batches, time.monotonic() - started, seconds_before)
+    data.threshold = calibrated_threshold(plan, data)
     store.save(out, data)
     shutil.rmtree(parts, ignore_errors=True)
     return data
+
+
+def calibrated_threshold(plan: BuildPlan, data: store.MapData) -> float:
+    """Return the threshold that suits this map best, found at random views decided by inverse kinematics."""
+    cap = CapabilityMap(data)
+    views = check.random_views(cap, CALIBRATION_VIEWS, CALIBRATION_SEED)
+    truth = check.fresh_truth(cap, plan.arm, *views, plan.parameters.roll_step_deg)
+    return check.best_threshold(cap.query(*views), truth) or store.DEFAULT_THRESHOLD
 
 
 def _resume(plan: BuildPlan, parts: Path) -> set[int]:

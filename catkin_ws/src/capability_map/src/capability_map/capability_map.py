@@ -20,12 +20,11 @@ class CapabilityMap:
     direction will do. S is the number of spheres with at least one valid point, N of points on each.
     """
 
-    threshold: float = 0.36  #: an interpolated answer at or above it counts as reachable
-
     def __init__(self, data: store.MapData) -> None:
         self.data = data
         self.base_frame: str = data.base_frame
         self.tip_frame: str = data.tip_frame
+        self.threshold: float = data.threshold  #: an interpolated answer at or above it counts as reachable
         self.grid = SphereGrid(data.grid_origin_m, data.radius_m, data.grid_size)
         row_of_cell = np.full(self.grid.cell_count, -1, np.int32)
         row_of_cell[data.cells] = np.arange(len(data.cells), dtype=np.int32)

@@ -161,7 +161,8 @@ def summary(data: store.MapData) -> str:
         f"{index.mean() if len(index) else 0.0:.1f} %, largest {index.max() if len(index) else 0.0:.1f} %\n"
         f"{counts['seconds']:.1f} s, {counts['ik_calls']} calls of inverse kinematics, "
         f"{counts['collision_checks']} collision checks, {len(data.manipulability)} valid points\n"
-        f"{shapes.report(data.shapes)}"
+        f"{shapes.report(data.shapes)}\n"
+        f"reachable from {data.threshold:g} on"
     )
 
 

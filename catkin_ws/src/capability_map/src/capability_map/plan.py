@@ -14,7 +14,7 @@ from capability_map.errors import CapabilityMapError
 from capability_map.parameters import BuildParameters
 from capability_map.robots import Arm
 
-METHOD_VERSION = 2  # grows when equal parameters lead to another map
+METHOD_VERSION = 3  # grows when equal parameters lead to another map
 
 
 @dataclasses.dataclass(frozen=True)
@@ -43,22 +43,7 @@ class BuildPlan:
 
     def probe_options(self) -> ProbeOptions:
         """Return the settings of ViewProbe."""
-        options = ProbeOptions()
-        options.roll_step_rad = math.radians(self.parameters.roll_step_deg)
-        options.roll_search = self.parameters.roll_search
-        options.arm_angle_step_rad = math.radians(self.parameters.arm_angle_step_deg)
-        options.self_collision = self.parameters.self_collision
-        options.self_collision_padding_m = self.parameters.self_collision_padding_m
-        if len(self.joint_names) < 6:
-            options.direction_tolerance_rad = math.radians(self.direction_tolerance_deg)
-        return options
-
-    @property
-    def direction_tolerance_deg(self) -> float:
-        """What an arm with fewer than 6 joints may miss; by default a cap of one N-th of the sphere."""
-        if self.parameters.direction_tolerance_deg is not None:
-            return self.parameters.direction_tolerance_deg
-        return math.degrees(math.acos(1.0 - 2.0 / self.parameters.points))
+        return probe_options(self.parameters, len(self.joint_names))
 
     @property
     def key(self) -> str:
@@ -73,6 +58,24 @@ class BuildPlan:
         ]
         text = json.dumps(content, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
+
+
+def probe_options(parameters: BuildParameters, joints: int) -> ProbeOptions:
+    """Return the settings of ViewProbe for an arm of so many joints.
+
+    With fewer than 6 the direction may miss, by default by the radius of a cap of one N-th of the sphere.
+    """
+    options = ProbeOptions()
+    options.roll_step_rad = math.radians(parameters.roll_step_deg)
+    options.roll_search = parameters.roll_search
+    options.arm_angle_step_rad = math.radians(parameters.arm_angle_step_deg)
+    options.self_collision = parameters.self_collision
+    options.self_collision_padding_m = parameters.self_collision_padding_m
+    if joints < 6:
+        share_rad = math.acos(1.0 - 2.0 / parameters.points)
+        given = parameters.direction_tolerance_deg
+        options.direction_tolerance_rad = share_rad if given is None else math.radians(given)
+    return options
 
 
 def plan_build(arm: Arm, parameters: BuildParameters) -> BuildPlan:

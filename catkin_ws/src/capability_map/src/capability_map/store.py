@@ -22,6 +22,7 @@ from capability_map.errors import CapabilityMapError
 from capability_map.shapes import RULES
 
 SCHEMA_VERSION = 1
+DEFAULT_THRESHOLD = 0.4  # of a map that nobody calibrated
 _BLOCK = 512
 _MAGIC = b"capability_map 1 sha256 "
 
@@ -52,12 +53,12 @@ class MapData:
     bits: np.ndarray  # (S, ceil(N / 64)) uint64
     witnesses: np.ndarray  # (V, J) uint16, share of the joint's range
     manipulability: np.ndarray  # (V,) float16
+    threshold: float = DEFAULT_THRESHOLD  # an interpolated answer at or above it counts as reachable
     shapes: dict[str, np.ndarray] = field(default_factory=dict)  # see shapes.py
 
 
 _TEXTS = ("robot", "group", "base_frame", "tip_frame", "urdf_sha256", "backend")
-_NUMBERS = ("arm_length_m", "pivot_m", "radius_m")
-_UNITS = {"arm_length_m": "m", "pivot_m": "m", "radius_m": "m"}
+_NUMBERS = {"arm_length_m": "m", "pivot_m": "m", "radius_m": "m", "threshold": "1"}  # and their units
 _ARRAYS = {  # name: (path in the file, dtype, unit)
     "joint_limits": ("joints/limits", "f8", "rad or m"),
     "reach_center_m": ("reach_center", "f8", "m, base frame"),
@@ -98,9 +99,9 @@ def _write(file: h5py.File, data: MapData) -> None:
     file.attrs["schema_version"] = SCHEMA_VERSION
     for name in _TEXTS:
         file.attrs[name] = getattr(data, name)
-    for name in _NUMBERS:
+    for name, unit in _NUMBERS.items():
         file.attrs[name] = float(getattr(data, name))
-        file.attrs[f"{name}.unit"] = _UNITS[name]
+        file.attrs[f"{name}.unit"] = unit
     file.attrs["parameters"] = json.dumps(data.parameters, sort_keys=True)
     file.attrs["statistics"] = json.dumps(data.statistics, sort_keys=True)
     file.attrs["joint_names"] = json.dumps(data.joint_names)
@@ -194,6 +195,8 @@ def _check(path: Path, data: MapData) -> None:
     )
     if not finite or not (np.isfinite(data.radius_m) and data.radius_m > 0.0) or (data.grid_size < 1).any():
         raise CapabilityMapError(f"{path}: its grid, directions or joint limits are not finite and positive")
+    if not 0.0 < data.threshold <= 1.0:
+        raise CapabilityMapError(f"{path}: its threshold {data.threshold} is not in (0, 1]")
     if not ordered:
         raise CapabilityMapError(f"{path}: its cells are not ascending numbers of its grid")
     _check_shapes(path, data, spheres)
