@@ -20,11 +20,11 @@ namespace {
 using Config = std::map<std::string, ConfigValue>;
 using Rates = std::map<std::string, std::pair<double, double>>;
 
-std::shared_ptr<MotionPlanner> makePlanner(const std::string& urdf, const std::string& srdf, const Rates& rates,
-                                           const Config& config,
+std::shared_ptr<MotionPlanner> makePlanner(const std::string& urdf, const std::string& srdf,
+                                           const Rates& rates, const Config& config,
                                            const std::map<std::string, std::string>& package_folders) {
-  auto model = std::make_shared<fv_robot_model::RobotModel>(fv_robot_model::RobotModel::fromXml(
-      urdf, srdf, fv_robot_model::packageResolver(package_folders)));
+  auto model = std::make_shared<fv_robot_model::RobotModel>(
+      fv_robot_model::RobotModel::fromXml(urdf, srdf, fv_robot_model::packageResolver(package_folders)));
   std::map<std::string, JointRates> joint_rates;
   for (const auto& [name, rate] : rates) joint_rates[name] = {rate.first, rate.second};
   PlannerConfig planner_config;
@@ -38,12 +38,13 @@ Eigen::Isometry3d isometryFrom(const Eigen::Matrix4d& matrix) {
   return T;
 }
 
-MapSnapshot snapshot(const std::string& payload, double resolution_m, std::uint64_t sequence, const MotionPlanner& planner,
-                     const Eigen::Matrix4d& T_map_root) {
+MapSnapshot snapshot(const std::string& payload, double resolution_m, std::uint64_t sequence,
+                     const MotionPlanner& planner, const Eigen::Matrix4d& T_map_root) {
   octomap::OcTree tree(resolution_m);
   std::istringstream stream(payload);
   tree.readBinaryData(stream);
-  return {sequence, std::make_shared<VoxelGrid>(VoxelGrid::fromOctree(tree, planner.reach(isometryFrom(T_map_root))))};
+  return {sequence,
+          std::make_shared<VoxelGrid>(VoxelGrid::fromOctree(tree, planner.reach(isometryFrom(T_map_root))))};
 }
 
 py::dict resultToDict(const PlanResult& result) {
@@ -57,15 +58,15 @@ py::dict resultToDict(const PlanResult& result) {
 }
 
 /// Answers of one checker for many states of a group.
-std::vector<bool> checkStates(const MotionPlanner& planner, const PlanRequest& request, const RowMatrix& states,
-                              const std::string& checker, bool with_self) {
+std::vector<bool> checkStates(const MotionPlanner& planner, const PlanRequest& request,
+                              const RowMatrix& states, const std::string& checker, bool with_self) {
   const auto& model = planner.model();
   const auto& group = model.group(request.group);
   const auto poses = model.forward(request.start_all);
   const double padding = planner.config().padding_m;
   WorldMemory memory(planner.config().field_cap_m, padding, checker == "fcl_octree");
-  const auto world = memory.get(request.map.grid, request.unknown_space, request.bubble_radius_m, model, group, poses,
-                                request.T_map_root);
+  const auto world = memory.get(request.map.grid, request.unknown_space, request.bubble_radius_m, model,
+                                group, poses, request.T_map_root);
   const auto judge = std::make_shared<WorldCollision>(model, group, request.T_map_root, world.grid, padding,
                                                       world.outside_is_free);
   std::shared_ptr<const WorldCheck> check;
@@ -74,10 +75,12 @@ std::vector<bool> checkStates(const MotionPlanner& planner, const PlanRequest& r
   } else if (checker == "fcl_octree") {
     check = std::make_shared<OctreeCollision>(model, group, request.T_map_root, world.octree, judge, padding);
   } else if (checker != "judge") {
-    throw std::invalid_argument("unknown checker '" + checker + "'; valid: distance_field, fcl_octree, judge");
+    throw std::invalid_argument("unknown checker '" + checker +
+                                "'; valid: distance_field, fcl_octree, judge");
   }
   const auto self = with_self ? std::make_shared<fv_robot_model::SelfCollision>(model, group) : nullptr;
-  const StateChecker state_checker(model, group, request.start_all, judge, self, planner.config().joint_step_rad, check);
+  const StateChecker state_checker(model, group, request.start_all, judge, self,
+                                   planner.config().joint_step_rad, check);
   std::vector<bool> valid(static_cast<std::size_t>(states.rows()));
   for (Eigen::Index i = 0; i < states.rows(); ++i) {
     valid[static_cast<std::size_t>(i)] = state_checker.valid(states.row(i).transpose());
@@ -130,14 +133,18 @@ void bindPlanner(py::module_& m) {
   bindRequest(m);
   m.def("planner_names", &plannerNames, "Planners that a request may name.");
   m.def(
-      "config_defaults", [] { return PlannerConfig().values(); }, "Parameters of the planner and their defaults.");
+      "config_defaults", [] { return PlannerConfig().values(); },
+      "Parameters of the planner and their defaults.");
   py::class_<MotionPlanner, std::shared_ptr<MotionPlanner>>(m, "MotionPlanner")
-      .def(py::init(&makePlanner), py::kw_only(), py::arg("urdf"), py::arg("srdf"), py::arg("rates") = Rates{},
-           py::arg("config") = Config{}, py::arg("package_folders") = std::map<std::string, std::string>{},
-           "From the texts of URDF and SRDF; rates: joint -> (velocity [rad/s], acceleration [rad/s^2]). Raises "
+      .def(py::init(&makePlanner), py::kw_only(), py::arg("urdf"), py::arg("srdf"),
+           py::arg("rates") = Rates{}, py::arg("config") = Config{},
+           py::arg("package_folders") = std::map<std::string, std::string>{},
+           "From the texts of URDF and SRDF; rates: joint -> (velocity [rad/s], acceleration [rad/s^2]). "
+           "Raises "
            "ValueError for a bad configuration, RuntimeError for a broken model.")
       .def_property_readonly("joint_names", [](const MotionPlanner& p) { return p.model().jointNames(); })
-      .def("group_joints", [](const MotionPlanner& p, const std::string& g) { return p.model().group(g).joint_names; })
+      .def("group_joints",
+           [](const MotionPlanner& p, const std::string& g) { return p.model().group(g).joint_names; })
       .def(
           "limits",
           [](const MotionPlanner& p) {
@@ -159,20 +166,22 @@ void bindPlanner(py::module_& m) {
           "snapshot",
           [](const MotionPlanner& p, const py::bytes& payload, double resolution_m, std::uint64_t sequence,
              const Eigen::Matrix4d& T) { return snapshot(payload, resolution_m, sequence, p, T); },
-          py::kw_only(), py::arg("payload"), py::arg("resolution_m"), py::arg("sequence"), py::arg("T_map_root"),
-          "The part of a binary octomap payload that the robot can reach.")
+          py::kw_only(), py::arg("payload"), py::arg("resolution_m"), py::arg("sequence"),
+          py::arg("T_map_root"), "The part of a binary octomap payload that the robot can reach.")
       .def("warm", &MotionPlanner::warm, py::call_guard<py::gil_scoped_release>(),
            "Build the distance field of the request's map.")
       .def(
           "solve",
-          [](const MotionPlanner& p, const PlanRequest& request) {
+          [](const MotionPlanner& p, const PlanRequest& request, bool cancelled) {
             PlanResult result;
             {
               const py::gil_scoped_release release;
-              result = p.solve(request);
+              const std::atomic<bool> cancel{cancelled};
+              result = p.solve(request, &cancel);
             }
             return resultToDict(result);
           },
+          py::arg("request"), py::kw_only(), py::arg("cancelled") = false,
           "Plan; a dict with the fields of PlanMotion's result. Never raises: see status and message.")
       .def(
           "judge",
@@ -184,13 +193,15 @@ void bindPlanner(py::module_& m) {
           "What a trajectory meets on its way; empty when nothing.")
       .def(
           "check_states",
-          [](const MotionPlanner& p, const PlanRequest& request, const RowMatrix& states, const std::string& checker,
-             bool with_self) {
+          [](const MotionPlanner& p, const PlanRequest& request, const RowMatrix& states,
+             const std::string& checker, bool with_self) {
             const py::gil_scoped_release release;
             return checkStates(p, request, states, checker, with_self);
           },
-          py::arg("request"), py::arg("states"), py::kw_only(), py::arg("checker"), py::arg("with_self") = true,
-          "Whether each of (N, J) states of the request's group is allowed; checker: distance_field, judge, fcl_octree.");
+          py::arg("request"), py::arg("states"), py::kw_only(), py::arg("checker"),
+          py::arg("with_self") = true,
+          "Whether each of (N, J) states of the request's group is allowed; checker: distance_field, judge, "
+          "fcl_octree.");
 }
 
 }  // namespace ompl_planner

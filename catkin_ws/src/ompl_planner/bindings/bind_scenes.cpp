@@ -30,7 +30,8 @@ void bindScenes(py::module_& m) {
         std::string payload;
         {
           const py::gil_scoped_release release;
-          payload = binaryPayload(*makeOctree({resolution_m, boxesFrom(free), boxesFrom(occupied), boxesFrom(unknown)}));
+          payload = binaryPayload(
+              *makeOctree({resolution_m, boxesFrom(free), boxesFrom(occupied), boxesFrom(unknown)}));
         }
         return py::bytes(payload);
       },

@@ -15,7 +15,8 @@ void bindTiming(py::module_& m) {
   m.def(
       "time_optimal_trajectory",
       [](const RowMatrix& waypoints, const std::vector<double>& radii, const Eigen::VectorXd& velocity,
-         const Eigen::VectorXd& acceleration, double sample_period_s, double smoothing_time_s, double limit_share) {
+         const Eigen::VectorXd& acceleration, double sample_period_s, double smoothing_time_s,
+         double limit_share) {
         TimingOptions options;
         options.sample_period_s = sample_period_s;
         options.smoothing_time_s = smoothing_time_s;
@@ -23,13 +24,13 @@ void bindTiming(py::module_& m) {
         TimedTrajectory trajectory;
         {
           const py::gil_scoped_release release;
-          trajectory =
-              timeOptimalTrajectory(BlendedPath(pathFromRows(waypoints), radii), {velocity, acceleration}, options);
+          trajectory = timeOptimalTrajectory(BlendedPath(pathFromRows(waypoints), radii),
+                                             {velocity, acceleration}, options);
         }
         return trajectoryToDict(trajectory);
       },
       py::kw_only(), py::arg("waypoints"), py::arg("radii"), py::arg("velocity"), py::arg("acceleration"),
-      py::arg("sample_period_s") = 0.02, py::arg("smoothing_time_s") = 0.04, py::arg("limit_share") = 0.98,
+      py::arg("sample_period_s") = 0.01, py::arg("smoothing_time_s") = 0.02, py::arg("limit_share") = 0.975,
       R"(The fastest motion along a polyline with rounded corners.
 
 waypoints (N, J) [rad]; radii (N,) [rad]; velocity, acceleration (J,) [rad/s], [rad/s^2]. Returns a dict of times (T,) [s],

@@ -22,8 +22,9 @@ from fv_msgs.msg import (
     PlannedPath,
 )
 from geometry_msgs.msg import Pose
-from hubo_description import load_robot
 from sensor_msgs.msg import JointState
+
+from hubo_description import load_robot
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 from fakes import FakeMap, FakeRobot
@@ -31,9 +32,10 @@ from fakes import FakeMap, FakeRobot
 GROUP = "torso_right_arm"
 Plan = PlanMotionGoal
 Status = PlanMotionResult
+FORWARDS = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))
 
 
-def pose(x: float, y: float, z: float, q=(0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))) -> Pose:
+def pose(x: float, y: float, z: float, q=FORWARDS) -> Pose:
     """Pose whose z axis looks along world x unless told otherwise; q is x, y, z, w."""
     msg = Pose()
     msg.position.x, msg.position.y, msg.position.z = x, y, z
@@ -162,14 +164,18 @@ class PlannerTest(unittest.TestCase):
         skewed = pose(0.4, -0.2, 1.0, q=(0.0, 0.0, 0.0, 0.5))
         self.assert_status(self.plan_poses([skewed]), Status.INVALID_REQUEST, "norm")
         self.assert_status(self.plan_poses([]), Status.INVALID_REQUEST, "empty")
-        self.assert_status(self.plan(goal_name="home", time_budget=-1.0), Status.INVALID_REQUEST, "time_budget")
+        self.assert_status(
+            self.plan(goal_name="home", time_budget=-1.0), Status.INVALID_REQUEST, "time_budget"
+        )
         joints = JointState(name=["RWP"], position=[9.0])
         result = self.plan(goal_type=Plan.GOAL_JOINTS, goal_joints=joints)
         self.assert_status(result, Status.INVALID_REQUEST, "RWP", "limits")
 
     def test_goals_of_two_kinds_are_refused(self) -> None:
         joints = JointState(name=["RWP"], position=[0.0])
-        self.assert_status(self.plan(goal_name="home", goal_joints=joints), Status.INVALID_REQUEST, "contradictory")
+        self.assert_status(
+            self.plan(goal_name="home", goal_joints=joints), Status.INVALID_REQUEST, "contradictory"
+        )
 
     def test_a_map_that_is_too_old_is_refused(self) -> None:
         result = self.plan(goal_name="home", min_map_sequence=self.map.sequence + 5)

@@ -59,7 +59,7 @@ TEST(BlendedPath, DerivativesMatchFiniteDifferencesAndAreContinuous) {
   for (double s = h; s < path.length() - h; s += path.length() / 997.0) {
     const PathPoint p = path.at(s);
     EXPECT_LT(((path.at(s + h).q - path.at(s - h).q) / (2 * h) - p.dq).norm(), 1e-4) << s;
-    EXPECT_LT((path.at(s + h).dq - p.dq).norm(), 1e-2) << s;    // no jump of the tangent
+    EXPECT_LT((path.at(s + h).dq - p.dq).norm(), 1e-2) << s;   // no jump of the tangent
     EXPECT_LT((path.at(s + h).ddq - p.ddq).norm(), 0.2) << s;  // nor of the curvature
   }
 }

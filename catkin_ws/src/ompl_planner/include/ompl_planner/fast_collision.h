@@ -1,4 +1,5 @@
-/// The search's check of links against the map: spheres in a distance field, the judge where they cannot tell.
+/// The search's check of links against the map: spheres in a distance field, the judge where they cannot
+/// tell.
 #pragma once
 
 #include <fv_robot_model/robot_model.h>
@@ -24,8 +25,8 @@ struct CoverOptions {
   double max_radius_m{0.04};  ///< Largest ball of a cover [m]: small ones hug the shape, large ones are few.
 };
 
-/// Balls that contain the padded links, once per robot and group. The padded shapes themselves are covered: their sharp
-/// corners reach further than balls of the bare shapes that grow by the padding.
+/// Balls that contain the padded links, once per robot and group. The padded shapes themselves are covered:
+/// their sharp corners reach further than balls of the bare shapes that grow by the padding.
 class LinkCovers {
  public:
   /// @throws std::invalid_argument when more than 256 links have shapes.
@@ -36,7 +37,7 @@ class LinkCovers {
   struct Ball {
     Eigen::Vector3d center;  ///< Link frame [m].
     double radius;
-    bool inside;             ///< The centre lies in the link's own shapes: where it meets an obstacle, the link does.
+    bool inside;  ///< The centre lies in the link's own shapes: where it meets an obstacle, the link does.
   };
   struct Link {
     int index;
@@ -52,14 +53,15 @@ class LinkCovers {
 
 /// Which checks decided, for measurements.
 struct FastCounts {
-  std::size_t free_by_whole{0};   ///< Links.
+  std::size_t free_by_whole{0};  ///< Links.
   std::size_t free_by_balls{0};
   std::size_t blocked_by_ball{0};
   std::size_t judged{0};
 };
 
-/// Same answers as the WorldCollision that it wraps: a link whose balls all keep clear of obstacles is free, a link with
-/// a ball's centre inside an obstacle is not, and everything between goes to the judge, link by link.
+/// Same answers as the WorldCollision that it wraps: a link whose balls all keep clear of obstacles is free,
+/// a link with a ball's centre inside an obstacle is not, and everything between goes to the judge, link by
+/// link.
 class FastCollision : public WorldCheck {
  public:
   /// @param judge Its padding must be that of the covers.
@@ -74,7 +76,8 @@ class FastCollision : public WorldCheck {
 
   enum class Answer { Free, Blocked, Unsure };
   /// What the balls of one link say.
-  Answer ask(const LinkCovers::Link& link, const Eigen::Isometry3d& T_map_link, FastCounts* counts = nullptr) const;
+  Answer ask(const LinkCovers::Link& link, const Eigen::Isometry3d& T_map_link,
+             FastCounts* counts = nullptr) const;
 
   const WorldCollision& judge() const { return *judge_; }
 

@@ -19,15 +19,16 @@ struct GoalState {
 };
 
 struct GoalStates {
-  std::vector<GoalState> states;       ///< Free of collision, best score per way to go first.
+  std::vector<GoalState> states;  ///< Free of collision, best score per way to go first.
   std::uint32_t poses_tried{0};
   std::uint32_t poses_reachable{0};
-  std::string blocked_reason;          ///< Of one solution in collision, when there was any.
-  std::string unreachable_reason;      ///< When no pose has a solution.
+  std::string blocked_reason;      ///< Of one solution in collision, when there was any.
+  std::string unreachable_reason;  ///< When no pose has a solution.
 };
 
 /// The joint state of a GOAL_JOINTS or GOAL_NAMED request.
-/// @throws std::invalid_argument for unknown names, joints outside the group, values that are not finite or outside the
+/// @throws std::invalid_argument for unknown names, joints outside the group, values that are not finite or
+/// outside the
 ///   limits.
 JointVector jointGoal(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
                       const PlanRequest& request);
@@ -37,7 +38,8 @@ JointVector jointGoal(const fv_robot_model::RobotModel& model, const fv_robot_mo
 Eigen::Isometry3d tipToTool(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
                             const std::string& tip_link);
 
-/// Joint states that reach the request's poses: for each pose IK from the start state, then from random states.
+/// Joint states that reach the request's poses: for each pose IK from the start state, then from random
+/// states.
 GoalStates sampleGoalStates(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
                             const PlanRequest& request, const PlannerConfig& config, const PoseIk& ik,
                             const StateChecker& checker, const StopCondition& stop);

@@ -30,26 +30,30 @@ using StageCallback = std::function<void(const std::string&)>;
 /// in a process (see findPath).
 class MotionPlanner {
  public:
-  /// @param rates By joint; where a joint or a value is missing, the URDF's velocity and then the configured defaults.
+  /// @param rates By joint; where a joint or a value is missing, the URDF's velocity and then the configured
+  /// defaults.
   /// @throws std::invalid_argument for a configuration out of range or an unknown planner.
-  MotionPlanner(std::shared_ptr<const fv_robot_model::RobotModel> model, const std::map<std::string, JointRates>& rates,
-                const PlannerConfig& config);
+  MotionPlanner(std::shared_ptr<const fv_robot_model::RobotModel> model,
+                const std::map<std::string, JointRates>& rates, const PlannerConfig& config);
 
   const PlannerConfig& config() const { return config_; }
   const fv_robot_model::RobotModel& model() const { return *model_; }
+  bool knowsGroup(const std::string& name) const { return self_.count(name) != 0; }
 
-  /// Everything that can go wrong with a plan is a status of the result, with a message that says why; nothing is thrown.
-  /// Equal requests give equal results unless time ran out or somebody cancelled.
+  /// Everything that can go wrong with a plan is a status of the result, with a message that says why;
+  /// nothing is thrown. Equal requests give equal results unless time ran out or somebody cancelled.
   PlanResult solve(const PlanRequest& request, const std::atomic<bool>* cancel = nullptr,
                    const StageCallback& on_stage = {}) const;
 
-  /// The first state of a trajectory from start_time_s on that the map or the robot itself forbids, at joint steps of
-  /// joint_step_rad or less; empty when all are free. The allowance for the start is taken at the trajectory's begin.
+  /// The first state of a trajectory from start_time_s on that the map or the robot itself forbids, at joint
+  /// steps of joint_step_rad or less; empty when all are free. The allowance for the start is taken at the
+  /// trajectory's begin.
   /// @param request Its group, start, map, transform and unknown-space policy are used.
-  std::string judge(const PlanRequest& request, const TimedTrajectory& trajectory, double start_time_s = 0.0) const;
+  std::string judge(const PlanRequest& request, const TimedTrajectory& trajectory,
+                    double start_time_s = 0.0) const;
 
-  /// Builds what a request on this map will need, so that it does not wait for it. Uses the request's group, start, map,
-  /// transform and unknown-space policy. @throws as RobotModel::group for an unknown group.
+  /// Builds what a request on this map will need, so that it does not wait for it. Uses the request's group,
+  /// start, map, transform and unknown-space policy. @throws as RobotModel::group for an unknown group.
   void warm(const PlanRequest& request) const;
 
   /// Box in the map frame that no link can leave, whatever the joints do [m].

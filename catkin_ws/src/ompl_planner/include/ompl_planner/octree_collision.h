@@ -1,4 +1,5 @@
-/// The plain way: FCL against its own octree. Slow and obvious: the oracle in tests, the reference in benchmarks.
+/// The plain way: FCL against its own octree. Slow and obvious: the oracle in tests, the reference in
+/// benchmarks.
 #pragma once
 
 #include <fv_robot_model/robot_model.h>
@@ -11,8 +12,8 @@
 
 namespace ompl_planner {
 
-/// An fcl::OcTree whose occupied nodes are all voxels of a grid that are not Free: since FCL skips absent nodes, unknown
-/// voxels are written into it as occupied ones. Immutable.
+/// An fcl::OcTree whose occupied nodes are all voxels of a grid that are not Free: since FCL skips absent
+/// nodes, unknown voxels are written into it as occupied ones. Immutable.
 class ObstacleOctree {
  public:
   ObstacleOctree(const VoxelGrid& grid, const Eigen::AlignedBox3d& region_m);

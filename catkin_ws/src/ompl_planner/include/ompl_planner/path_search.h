@@ -15,7 +15,7 @@ struct SearchProblem {
   JointVector lower;  ///< [rad]
   JointVector upper;  ///< [rad]
   JointVector start;
-  JointPath goals;    ///< Aimed at in this order.
+  JointPath goals;  ///< Aimed at in this order.
   std::function<bool(const JointVector&)> valid;
   std::function<bool(const JointVector&, const JointVector&)> edge_valid;
   double range_rad{0.6};
@@ -24,13 +24,17 @@ struct SearchProblem {
 
 /// Names that findPath accepts.
 const std::vector<std::string>& plannerNames();
+/// @throws std::invalid_argument, listing the valid ones, unless `name` is one of them.
+void checkPlannerName(const std::string& name);
 
-/// A collision-free polyline from the start to one of the goals; empty when `stop` fired first or there is none.
+/// A collision-free polyline from the start to one of the goals; empty when `stop` fired first or there is
+/// none.
 ///
-/// One fresh planner per call, in the caller's thread; equal problems and seeds give equal paths. OMPL draws the seeds
-/// of all its generators from one global sequence that this function restarts, so calls must not overlap.
+/// One fresh planner per call, in the caller's thread; equal problems and seeds give equal paths. OMPL draws
+/// the seeds of all its generators from one global sequence that this function restarts, so calls must not
+/// overlap.
 /// @throws std::invalid_argument for an unknown planner (lists the valid ones).
-std::optional<JointPath> findPath(const SearchProblem& problem, const std::string& planner, std::uint32_t seed,
-                                  const std::function<bool()>& stop);
+std::optional<JointPath> findPath(const SearchProblem& problem, const std::string& planner,
+                                  std::uint32_t seed, const std::function<bool()>& stop);
 
 }  // namespace ompl_planner

@@ -16,7 +16,8 @@
 
 namespace ompl_planner {
 
-/// The one condition that ends a computation: time is up (steady clock, never ROS time) or somebody cancelled.
+/// The one condition that ends a computation: time is up (steady clock, never ROS time) or somebody
+/// cancelled.
 class StopCondition {
  public:
   StopCondition(double budget_s, const std::atomic<bool>* cancel)

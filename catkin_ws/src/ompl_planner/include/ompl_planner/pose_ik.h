@@ -13,7 +13,7 @@ namespace ompl_planner {
 struct PoseTarget {
   Eigen::Isometry3d T_base_tool{Eigen::Isometry3d::Identity()};  ///< Wanted pose in the group's base frame.
   Eigen::Isometry3d T_tip_tool{Eigen::Isometry3d::Identity()};   ///< Tool frame on the group's tip.
-  bool free_roll{false};                                         ///< Any rotation about the tool's z axis will do.
+  bool free_roll{false};  ///< Any rotation about the tool's z axis will do.
   double position_tolerance_m{0.005};
   double angle_tolerance_rad{0.02};
 };
@@ -27,11 +27,12 @@ class PoseIk {
 };
 
 /// Is T_base_tool reached at q?
-bool reaches(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group, const PoseTarget& target,
-             const JointVector& q);
+bool reaches(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
+             const PoseTarget& target, const JointVector& q);
 
-/// Damped least squares (Levenberg-Marquardt with Nakamura's damping) on the group's Jacobian. With free roll the
-/// rotation about the tool's z axis is left out of the error: one more degree of redundancy, not a sample.
+/// Damped least squares (Levenberg-Marquardt with Nakamura's damping) on the group's Jacobian. With free roll
+/// the rotation about the tool's z axis is left out of the error: one more degree of redundancy, not a
+/// sample.
 class NumericIk : public PoseIk {
  public:
   /// @throws std::invalid_argument when the group is no chain.

@@ -29,7 +29,11 @@ struct PreparedWorld {
 Eigen::AlignedBox3d groupReach(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
                                const fv_robot_model::LinkPoses& poses, const Eigen::Isometry3d& T_map_root);
 
-/// Builds prepared worlds and remembers the last few. A memory only: answers are those of a fresh build. Thread-safe.
+/// Box in the map frame that no link of the robot can leave, whatever the joints do [m].
+Eigen::AlignedBox3d robotReach(const fv_robot_model::RobotModel& model, const Eigen::Isometry3d& T_map_root);
+
+/// Builds prepared worlds and remembers the last few. A memory only: answers are those of a fresh build.
+/// Thread-safe.
 class WorldMemory {
  public:
   /// @param padding_m Of the links in the search.

@@ -1,4 +1,5 @@
-/// Scenes of boxes as octrees, for tests and benchmarks: what is free, occupied and unknown is known by construction.
+/// Scenes of boxes as octrees, for tests and benchmarks: what is free, occupied and unknown is known by
+/// construction.
 #pragma once
 
 #include <Eigen/Geometry>
@@ -12,8 +13,8 @@ class OcTree;
 
 namespace ompl_planner {
 
-/// Later boxes overwrite earlier ones: first free, then occupied, then unknown. All in the map frame [m]; a voxel belongs
-/// to a box when its centre does.
+/// Later boxes overwrite earlier ones: first free, then occupied, then unknown. All in the map frame [m]; a
+/// voxel belongs to a box when its centre does.
 struct BoxScene {
   double resolution_m{0.02};
   std::vector<Eigen::AlignedBox3d> free;

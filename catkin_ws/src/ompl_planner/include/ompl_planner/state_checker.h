@@ -14,8 +14,8 @@
 
 namespace ompl_planner {
 
-/// Checks states, edges and trajectories of one group; the other joints stay where the start has them. Holds buffers:
-/// one object per thread.
+/// Checks states, edges and trajectories of one group; the other joints stay where the start has them. Holds
+/// buffers: one object per thread.
 class StateChecker {
  public:
   /// @param q_all Values of all joints; those of the group are replaced by each checked state.
@@ -30,7 +30,9 @@ class StateChecker {
   /// What is hit at q; empty when nothing is.
   std::string whyInvalid(const JointVector& q) const;
   /// Are all states of the straight line free, at steps of joint_step_rad or less? The ends are not asked.
-  bool edgeValid(const JointVector& from, const JointVector& to) const { return edgeValid(from, to, joint_step_); }
+  bool edgeValid(const JointVector& from, const JointVector& to) const {
+    return edgeValid(from, to, joint_step_);
+  }
   bool edgeValid(const JointVector& from, const JointVector& to, double joint_step_rad) const;
 
   /// T_root_link of all links at q; valid until the next call of any member.
@@ -51,8 +53,8 @@ class StateChecker {
   mutable std::size_t checks_{0};
 };
 
-/// The first forbidden state of a trajectory from from_s [s] on, at joint steps of step_rad or less, in the words of the
-/// checker; empty when all are free.
+/// The first forbidden state of a trajectory from from_s [s] on, at joint steps of step_rad or less, in the
+/// words of the checker; empty when all are free.
 std::string firstForbidden(const TimedTrajectory& trajectory, const StateChecker& checker, double step_rad,
                            double from_s = 0.0);
 

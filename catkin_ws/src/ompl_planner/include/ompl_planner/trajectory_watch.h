@@ -14,9 +14,11 @@
 
 namespace ompl_planner {
 
-/// The group that has exactly these joints, in this order; one of the model's where its joints are the same, else one
-/// without name and chain. @throws fv_robot_model::UnknownNameError, std::invalid_argument when a joint comes twice.
-fv_robot_model::Group groupOfJoints(const fv_robot_model::RobotModel& model, const std::vector<std::string>& joints);
+/// The group that has exactly these joints, in this order; one of the model's where its joints are the same,
+/// else one without name and chain. @throws fv_robot_model::UnknownNameError, std::invalid_argument when a
+/// joint comes twice.
+fv_robot_model::Group groupOfJoints(const fv_robot_model::RobotModel& model,
+                                    const std::vector<std::string>& joints);
 
 /// A grid that is free but for the voxels that differ between two maps and are not free in the newer one.
 /// @throws std::invalid_argument when the maps do not cover the same voxels.

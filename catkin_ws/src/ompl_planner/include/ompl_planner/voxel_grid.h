@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <cstring>
 #include <vector>
 
 namespace octomap {
@@ -14,15 +15,17 @@ namespace ompl_planner {
 
 enum class Voxel : std::uint8_t { Unknown = 0, Free = 1, Occupied = 2 };
 
-/// Integer number of a voxel: voxel k spans [k, k + 1) * resolution on each axis of the map frame, as OctoMap's.
+/// Integer number of a voxel: voxel k spans [k, k + 1) * resolution on each axis of the map frame, as
+/// OctoMap's.
 using VoxelIndex = Eigen::Vector3i;
 
-/// Voxels of an axis-aligned box, three-valued. OctoMap's absent nodes are Unknown here, and so is everything outside
-/// of the box: the distinction that FCL's octree does not make.
+/// Voxels of an axis-aligned box, three-valued. OctoMap's absent nodes are Unknown here, and so is everything
+/// outside of the box: the distinction that FCL's octree does not make.
 class VoxelGrid {
  public:
   /// All voxels that meet the region, Unknown.
-  /// @throws std::invalid_argument unless resolution_m > 0, the region is finite, not empty, and has at most 2^28 voxels.
+  /// @throws std::invalid_argument unless resolution_m > 0, the region is finite, not empty, and has at most
+  /// 2^28 voxels.
   VoxelGrid(double resolution_m, const Eigen::AlignedBox3d& region_m);
 
   /// Copies the octree's leaves; big leaves fill all voxels they span.
@@ -47,8 +50,24 @@ class VoxelGrid {
   }
   VoxelIndex indexAt(std::size_t offset) const;
 
-  Voxel at(const VoxelIndex& index) const { return contains(index) ? voxels_[offset(index)] : Voxel::Unknown; }
+  Voxel at(const VoxelIndex& index) const {
+    return contains(index) ? voxels_[offset(index)] : Voxel::Unknown;
+  }
   Voxel atOffset(std::size_t offset) const { return voxels_[offset]; }
+  /// Are `count` voxels from an offset on all Free? Eight at a time: most rows are.
+  bool rowIsFree(std::size_t offset, std::size_t count) const {
+    constexpr std::uint64_t kAllFree = 0x0101010101010101U;
+    std::size_t i = offset;
+    for (; i + 8 <= offset + count; i += 8) {
+      std::uint64_t eight;
+      std::memcpy(&eight, voxels_.data() + i, sizeof(eight));
+      if (eight != kAllFree) return false;
+    }
+    for (; i < offset + count; ++i) {
+      if (voxels_[i] != Voxel::Free) return false;
+    }
+    return true;
+  }
   void set(const VoxelIndex& index, Voxel value) {
     if (contains(index)) voxels_[offset(index)] = value;
   }
@@ -61,7 +80,8 @@ class VoxelGrid {
     return (index.cast<double>().array() + 0.5) * resolution_;
   }
 
-  /// Offsets of voxels that differ. @throws std::invalid_argument when the grids do not cover the same voxels.
+  /// Offsets of voxels that differ. @throws std::invalid_argument when the grids do not cover the same
+  /// voxels.
   std::vector<std::size_t> changedSince(const VoxelGrid& older) const;
 
  private:

@@ -20,9 +20,9 @@ enum class UnknownSpace : std::uint8_t { Obstacle = 0, Free = 1, FreeNearStart =
 
 /// A link in a voxel.
 struct WorldContact {
-  int link;              ///< Index in the robot model.
-  VoxelIndex voxel;      ///< In the map frame.
-  Voxel kind;            ///< Occupied or Unknown.
+  int link;               ///< Index in the robot model.
+  VoxelIndex voxel;       ///< In the map frame.
+  Voxel kind;             ///< Occupied or Unknown.
   Eigen::Vector3d p_map;  ///< Centre of the voxel [m].
 };
 
@@ -30,7 +30,8 @@ struct WorldContact {
 std::string describe(const fv_robot_model::RobotModel& model, const WorldContact& contact);
 
 /// The grid in which Free means: links may go there. Unknown voxels become Free where `policy` says so.
-/// @param start_poses, T_map_root, bubble_radius_m Used for FreeNearStart: voxels whose centres lie within the radius of
+/// @param start_poses, T_map_root, bubble_radius_m Used for FreeNearStart: voxels whose centres lie within
+/// the radius of
 ///   a link that the group moves.
 VoxelGrid applyPolicy(const VoxelGrid& map, UnknownSpace policy, const fv_robot_model::RobotModel& model,
                       const fv_robot_model::Group& group, const fv_robot_model::LinkPoses& start_poses,
@@ -46,8 +47,9 @@ struct CollisionBody {
 /// A shape of the same kind whose surface lies depth_m deeper; at least a tenth of the shape remains.
 fv_robot_model::Shape shrunken(const fv_robot_model::Shape& shape, double depth_m);
 
-/// What of the start's contacts is forgiven: each link may stay in the voxels that it meets at the start, no deeper than
-/// there. Voxel edges and the self-filter's padding make such contacts; nothing else may pass through them.
+/// What of the start's contacts is forgiven: each link may stay in the voxels that it meets at the start, no
+/// deeper than there. Voxel edges and the self-filter's padding make such contacts; nothing else may pass
+/// through them.
 struct StartAllowance {
   struct Link {
     std::set<std::size_t> voxels;       ///< Offsets in the grid.
@@ -80,7 +82,8 @@ class WorldCollision {
   const StartAllowance& allowance() const { return allowance_; }
 
   /// The first contact of one link with its shapes shrunk by depth_m; the allowance is not asked.
-  std::optional<WorldContact> contactAtDepth(const fv_robot_model::LinkPoses& poses, int link, double depth_m) const;
+  std::optional<WorldContact> contactAtDepth(const fv_robot_model::LinkPoses& poses, int link,
+                                             double depth_m) const;
 
  private:
   struct Placement {
@@ -100,8 +103,8 @@ class WorldCollision {
   Eigen::Isometry3d T_map_root_;
   std::shared_ptr<const VoxelGrid> grid_;
   bool outside_is_free_;
-  std::vector<int> links_;                                  ///< Moved links with shapes.
-  std::map<int, std::vector<CollisionBody>> bodies_;        ///< By link.
+  std::vector<int> links_;                            ///< Moved links with shapes.
+  std::map<int, std::vector<CollisionBody>> bodies_;  ///< By link.
   std::shared_ptr<const fcl::CollisionGeometryd> voxel_box_;
   StartAllowance allowance_;
 };

@@ -1,6 +1,7 @@
 #include "ompl_planner/blended_path.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -94,8 +95,8 @@ void BlendedPath::addLine(const JointVector& from, const JointVector& to) {
 void BlendedPath::addCorner(const JointVector& corner, const JointVector& in, const JointVector& out,
                             double radius) {
   if (radius < kMinSegment) return;
-  // With length 2 r the parameter's speed is 1 at both ends; three equally spaced control points there make the
-  // second derivative vanish, as it does on the lines.
+  // With length 2 r the parameter's speed is 1 at both ends; three equally spaced control points there make
+  // the second derivative vanish, as it does on the lines.
   const double length = 2.0 * radius;
   const JointVector begin = corner - radius * in;
   const JointVector end = corner + radius * out;
@@ -103,6 +104,17 @@ void BlendedPath::addCorner(const JointVector& corner, const JointVector& in, co
   pieces_.push_back(
       {{begin, begin + k * in, begin + 2.0 * k * in, end - 2.0 * k * out, end - k * out, end}, length});
   starts_.push_back(starts_.back() + length);
+}
+
+std::vector<double> BlendedPath::grid(double step) const {
+  std::vector<double> parameters{0.0};
+  for (std::size_t i = 0; i < pieces_.size(); ++i) {
+    const double least = pieces_[i].control.size() > 2 ? 16.0 : 4.0;
+    const double count = std::max(least, std::ceil(pieces_[i].length / step));
+    for (double k = 1.0; k <= count; k += 1.0)
+      parameters.push_back(starts_[i] + pieces_[i].length * k / count);
+  }
+  return parameters;
 }
 
 PathPoint BlendedPath::at(double s) const {

@@ -99,7 +99,8 @@ void PlannerConfig::validate() const {
     const double value = this->*(field.member);
     if (!(value >= field.low && value <= field.high)) {
       throw std::invalid_argument("parameter '" + std::string(field.name) + "' is " + std::to_string(value) +
-                                  ", valid: " + std::to_string(field.low) + " to " + std::to_string(field.high));
+                                  ", valid: " + std::to_string(field.low) + " to " +
+                                  std::to_string(field.high));
     }
   }
 }

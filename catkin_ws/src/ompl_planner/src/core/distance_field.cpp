@@ -10,7 +10,8 @@ namespace {
 /// 4 g(d)^2 for d = 0 .. reach: the squared distance along one axis from a centre to a voxel d away.
 std::vector<std::int16_t> axisCosts(int reach) {
   std::vector<std::int16_t> cost(static_cast<std::size_t>(reach) + 1, 0);
-  for (int d = 1; d <= reach; ++d) cost[static_cast<std::size_t>(d)] = static_cast<std::int16_t>((2 * d - 1) * (2 * d - 1));
+  for (int d = 1; d <= reach; ++d)
+    cost[static_cast<std::size_t>(d)] = static_cast<std::int16_t>((2 * d - 1) * (2 * d - 1));
   return cost;
 }
 
@@ -29,13 +30,16 @@ DistanceField::DistanceField(const VoxelGrid& grid, const Eigen::AlignedBox3d& r
   constexpr int kMaxReach = 40;  // squares must fit 16 bits in all sums
   if (!(cap_m > 0.0)) throw std::invalid_argument("distance field: the cap must be positive");
   const VoxelIndex low = grid.indexOf(region_m.min()).cwiseMax(grid.origin());
-  const VoxelIndex high = grid.indexOf(region_m.max()).cwiseMin(grid.origin() + grid.size() - VoxelIndex::Ones());
-  if ((high.array() < low.array()).any()) throw std::invalid_argument("distance field: the region misses the grid");
+  const VoxelIndex high =
+      grid.indexOf(region_m.max()).cwiseMin(grid.origin() + grid.size() - VoxelIndex::Ones());
+  if ((high.array() < low.array()).any())
+    throw std::invalid_argument("distance field: the region misses the grid");
   corner_ = low.cast<double>();
   size_ = high - low + Eigen::Vector3i::Ones();
   const int reach = std::min(kMaxReach, static_cast<int>(std::ceil(cap_m * inverse_resolution_)));
   const auto cost = axisCosts(reach);
-  const auto beyond = static_cast<std::int16_t>((2 * reach + 1) * (2 * reach + 1));  // nothing nearer than reach
+  const auto beyond =
+      static_cast<std::int16_t>((2 * reach + 1) * (2 * reach + 1));  // nothing nearer than reach
   squares_.assign(static_cast<std::size_t>(size_.cast<long>().prod()), beyond);
   std::size_t at = 0;
   for (int x = low.x(); x <= high.x(); ++x) {

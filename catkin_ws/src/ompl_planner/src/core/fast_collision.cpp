@@ -49,10 +49,12 @@ LinkCovers::LinkCovers(const RobotModel& model, const fv_robot_model::Group& gro
     link.whole = enclosing(link.balls);
     links_.push_back(std::move(link));
   }
-  if (links_.size() > kMaxLinks) throw std::invalid_argument("more than 256 links with shapes move with one group");
+  if (links_.size() > kMaxLinks)
+    throw std::invalid_argument("more than 256 links with shapes move with one group");
 }
 
-FastCollision::FastCollision(std::shared_ptr<const LinkCovers> covers, std::shared_ptr<const DistanceField> field,
+FastCollision::FastCollision(std::shared_ptr<const LinkCovers> covers,
+                             std::shared_ptr<const DistanceField> field,
                              std::shared_ptr<const WorldCollision> judge, const Eigen::Isometry3d& T_map_root)
     : covers_(std::move(covers)),
       field_(std::move(field)),
@@ -87,7 +89,8 @@ bool FastCollision::inContact(const fv_robot_model::LinkPoses& poses, FastCounts
   std::size_t unsure_count = 0;
   const auto& links = covers_->links();
   for (std::size_t i = 0; i < links.size(); ++i) {
-    const Answer answer = ask(links[i], T_map_root_ * poses[static_cast<std::size_t>(links[i].index)], counts);
+    const Answer answer =
+        ask(links[i], T_map_root_ * poses[static_cast<std::size_t>(links[i].index)], counts);
     if (answer == Answer::Blocked) return true;
     if (answer == Answer::Unsure) unsure[unsure_count++] = i;
   }

@@ -63,8 +63,7 @@ void checkLimits(const RobotModel& model, const Group& group, const JointVector&
 /// Nearest link above `link` (or itself) that a movable joint carries, and the fixed transform down from it.
 std::pair<int, Eigen::Isometry3d> rigidAncestor(const RobotModel& model, int link) {
   Eigen::Isometry3d T_ancestor_link = Eigen::Isometry3d::Identity();
-  while (model.parent(link) >= 0 &&
-         model.link(link).motion == RobotModel::Link::Motion::Fixed) {
+  while (model.parent(link) >= 0 && model.link(link).motion == RobotModel::Link::Motion::Fixed) {
     T_ancestor_link = model.link(link).T_parent_joint * T_ancestor_link;
     link = model.parent(link);
   }
@@ -162,7 +161,8 @@ GoalStates sampleGoalStates(const RobotModel& model, const Group& group, const P
                             const StopCondition& stop) {
   PoseTarget target = targetOf(model, group, request, config);
   const auto base = static_cast<std::size_t>(model.linkIndex(group.base_link));
-  const Eigen::Isometry3d T_base_map = (request.T_map_root * model.forward(request.start_all)[base]).inverse();
+  const Eigen::Isometry3d T_base_map =
+      (request.T_map_root * model.forward(request.start_all)[base]).inverse();
   const JointVector start = groupValues(group, request.start_all);
   const auto order = byScore(request);
   std::vector<std::vector<JointVector>> solutions(order.size());  // by pose
@@ -170,7 +170,8 @@ GoalStates sampleGoalStates(const RobotModel& model, const Group& group, const P
 
   GoalStates goals;
   const auto enough = [&] { return goals.states.size() >= static_cast<std::size_t>(config.max_goal_states); };
-  // Round by round over all poses, so that many views share the effort; the first round starts from where the arm is.
+  // Round by round over all poses, so that many views share the effort; the first round starts from where the
+  // arm is.
   for (int round = 0; round < static_cast<int>(config.ik_starts); ++round) {
     for (const std::size_t index : order) {
       if (enough() || stop()) break;
@@ -189,9 +190,9 @@ GoalStates sampleGoalStates(const RobotModel& model, const Group& group, const P
   }
   sortByValue(request, start, goals.states);
   if (goals.poses_reachable == 0) {
-    goals.unreachable_reason = "none of " + std::to_string(goals.poses_tried) + " poses has a solution for group '" +
-                               group.name + "' (" + std::to_string(static_cast<int>(config.ik_starts)) +
-                               " starts each)";
+    goals.unreachable_reason = "none of " + std::to_string(goals.poses_tried) +
+                               " poses has a solution for group '" + group.name + "' (" +
+                               std::to_string(static_cast<int>(config.ik_starts)) + " starts each)";
   }
   return goals;
 }

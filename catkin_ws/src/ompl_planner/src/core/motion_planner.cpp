@@ -34,8 +34,8 @@ JointVector groupValues(const Group& group, const Eigen::VectorXd& q_all) {
 void checkPoses(const PlanRequest& request) {
   if (request.goal_poses.empty()) throw std::invalid_argument("goal_poses is empty");
   if (!request.goal_scores.empty() && request.goal_scores.size() != request.goal_poses.size()) {
-    throw std::invalid_argument("goal_scores has " + std::to_string(request.goal_scores.size()) + " values for " +
-                                std::to_string(request.goal_poses.size()) + " poses");
+    throw std::invalid_argument("goal_scores has " + std::to_string(request.goal_scores.size()) +
+                                " values for " + std::to_string(request.goal_poses.size()) + " poses");
   }
   for (std::size_t i = 0; i < request.goal_poses.size(); ++i) {
     if (!request.goal_poses[i].matrix().allFinite()) {
@@ -49,7 +49,8 @@ void checkPoses(const PlanRequest& request) {
 
 void checkNotNegative(double value, const char* name) {
   if (!(value >= 0.0) || !std::isfinite(value)) {
-    throw std::invalid_argument(std::string(name) + " is " + std::to_string(value) + ", must be 0 or positive");
+    throw std::invalid_argument(std::string(name) + " is " + std::to_string(value) +
+                                ", must be 0 or positive");
   }
 }
 
@@ -64,6 +65,7 @@ void checkRequest(const RobotModel& model, const PlanRequest& request) {
                                   "' is not finite");
     }
   }
+  if (!request.planner.empty()) checkPlannerName(request.planner);
   checkNotNegative(request.time_budget_s, "time_budget");
   checkNotNegative(request.position_tolerance_m, "position_tolerance");
   checkNotNegative(request.angle_tolerance_rad, "angle_tolerance");
@@ -109,14 +111,11 @@ struct MotionPlanner::Job {
   }
 };
 
-MotionPlanner::MotionPlanner(std::shared_ptr<const RobotModel> model, const std::map<std::string, JointRates>& rates,
-                             const PlannerConfig& config)
+MotionPlanner::MotionPlanner(std::shared_ptr<const RobotModel> model,
+                             const std::map<std::string, JointRates>& rates, const PlannerConfig& config)
     : model_(std::move(model)), rates_(rates), config_(config) {
   config_.validate();
-  const auto& names = plannerNames();
-  if (std::find(names.begin(), names.end(), config_.planner) == names.end()) {
-    throw std::invalid_argument("parameter 'planner': unknown planner '" + config_.planner + "'");
-  }
+  checkPlannerName(config_.planner);
   worlds_ = std::make_shared<WorldMemory>(config_.field_cap_m, config_.padding_m + config_.search_margin_m,
                                           config_.world_check == "fcl_octree");
   for (const std::string& name : model_->groupNames()) {
@@ -157,7 +156,8 @@ void MotionPlanner::run(Job& job) const {
   if (!prepareStart(job)) return;
   job.beginStage("goals");
   if (!collectGoals(job)) return;
-  // Coarse steps first; what they overlook shows in the fine check of the result, and then fine steps find a way.
+  // Coarse steps first; what they overlook shows in the fine check of the result, and then fine steps find a
+  // way.
   for (const double step : {config_.search_step_rad, config_.joint_step_rad}) {
     job.search_step = step;
     job.beginStage("search");
@@ -170,7 +170,8 @@ void MotionPlanner::run(Job& job) const {
   job.result.clearance_m = config_.field_cap_m;
   for (const JointVector& q : job.result.trajectory.positions) {
     const auto& poses = job.searcher->posesAt(q);
-    job.result.clearance_m = std::min(job.result.clearance_m, job.fast->clearance(poses, config_.field_cap_m));
+    job.result.clearance_m =
+        std::min(job.result.clearance_m, job.fast->clearance(poses, config_.field_cap_m));
   }
   job.result.status = PlanStatus::Success;
   job.result.message = "planned";
@@ -181,19 +182,20 @@ bool MotionPlanner::prepareStart(Job& job) const {
   job.start = groupValues(job.group, request.start_all);
   job.result.joint_names = job.group.joint_names;
   if (!model_->withinLimits(job.group, job.start, config_.limit_tolerance_rad)) {
-    return job.fail(PlanStatus::InvalidRequest, "the start is outside the joint limits of group '" + job.group.name +
-                                                    "' by more than the tolerance");
+    return job.fail(PlanStatus::InvalidRequest, "the start is outside the joint limits of group '" +
+                                                    job.group.name + "' by more than the tolerance");
   }
   const auto poses = model_->forward(request.start_all);
-  const PreparedWorld prepared = worlds_->get(request.map.grid, request.unknown_space, request.bubble_radius_m, *model_,
-                                              job.group, poses, request.T_map_root);
+  const PreparedWorld prepared =
+      worlds_->get(request.map.grid, request.unknown_space, request.bubble_radius_m, *model_, job.group,
+                   poses, request.T_map_root);
   const auto& self = self_.at(job.group.name);
   for (auto* checker : {&job.judge, &job.searcher}) {
     const bool searching = checker == &job.searcher;
     const double margin = searching ? config_.search_margin_m : 0.0;
     const double padding = config_.padding_m + margin;
-    auto world = std::make_shared<WorldCollision>(*model_, job.group, request.T_map_root, prepared.grid, padding,
-                                                  prepared.outside_is_free);
+    auto world = std::make_shared<WorldCollision>(*model_, job.group, request.T_map_root, prepared.grid,
+                                                  padding, prepared.outside_is_free);
     if (const auto contact = world->allowStart(poses, config_.start_tolerance_m + margin)) {
       const bool unknown = contact->kind == Voxel::Unknown;
       return job.fail(unknown ? PlanStatus::StartInUnknown : PlanStatus::StartInCollision,
@@ -202,7 +204,8 @@ bool MotionPlanner::prepareStart(Job& job) const {
     auto fast = std::make_shared<FastCollision>(prepared.covers, prepared.field, world, request.T_map_root);
     std::shared_ptr<const WorldCheck> check = searching ? fast : nullptr;
     if (searching && prepared.octree) {
-      check = std::make_shared<OctreeCollision>(*model_, job.group, request.T_map_root, prepared.octree, world, padding);
+      check = std::make_shared<OctreeCollision>(*model_, job.group, request.T_map_root, prepared.octree,
+                                                world, padding);
     }
     job.fast = fast;
     *checker = std::make_unique<StateChecker>(*model_, job.group, request.start_all, world, self,
@@ -271,9 +274,9 @@ bool MotionPlanner::search(Job& job) const {
   auto path = straightPath(job);
   if (!path) path = findPath(problem, planner, job.request.seed, [&job] { return job.stop(); });
   if (!path) {
-    return job.fail(PlanStatus::NoPath, planner + " found no path to " + std::to_string(problem.goals.size()) +
-                                            " goal states (" + std::to_string(job.searcher->checks()) +
-                                            " states checked)");
+    return job.fail(PlanStatus::NoPath, planner + " found no path to " +
+                                            std::to_string(problem.goals.size()) + " goal states (" +
+                                            std::to_string(job.searcher->checks()) + " states checked)");
   }
   job.path = std::move(*path);
   for (const GoalState& goal : job.goals.states) {
@@ -291,7 +294,8 @@ bool MotionPlanner::shorten(Job& job) const {
     return job.searcher->edgeValid(a, b, job.search_step);
   };
   const auto stop = [&job] { return job.stop(); };
-  job.path = shortcut(job.path, edge_valid, static_cast<int>(config_.shortcut_rounds), job.request.seed, stop);
+  job.path =
+      shortcut(job.path, edge_valid, static_cast<int>(config_.shortcut_rounds), job.request.seed, stop);
   for (std::size_t i = 1; i < job.path.size(); ++i) {
     if (!job.searcher->edgeValid(job.path[i - 1], job.path[i])) return false;
   }
@@ -308,7 +312,7 @@ MotionLimits MotionPlanner::limitsOf(const Group& group) const {
     const auto found = rates_.find(model_->jointNames()[index]);
     const JointRates rates = found == rates_.end() ? JointRates{} : found->second;
     const double urdf_velocity = model_->limits()[index].velocity;
-    limits.velocity[j] = rates.velocity > 0.0   ? rates.velocity
+    limits.velocity[j] = rates.velocity > 0.0  ? rates.velocity
                          : urdf_velocity > 0.0 ? urdf_velocity
                                                : config_.default_max_velocity;
     limits.acceleration[j] = rates.acceleration > 0.0 ? rates.acceleration : config_.default_max_acceleration;
@@ -318,8 +322,10 @@ MotionLimits MotionPlanner::limitsOf(const Group& group) const {
 
 namespace {
 
-/// Largest corner radii, each halved until the rounded path is free; below a hundredth of a radian a corner stays sharp.
-std::vector<double> freeRadii(const JointPath& path, double radius, double step, const StateChecker& checker) {
+/// Largest corner radii, each halved until the rounded path is free; below a hundredth of a radian a corner
+/// stays sharp.
+std::vector<double> freeRadii(const JointPath& path, double radius, double step,
+                              const StateChecker& checker) {
   constexpr double kMinRadius = 0.01;
   std::vector<double> radii(path.size(), radius);
   for (std::size_t i = 1; i + 1 < path.size(); ++i) {
@@ -328,7 +334,8 @@ std::vector<double> freeRadii(const JointPath& path, double radius, double step,
       const double center = corner.waypointParameters()[1];
       const double reach = std::min(radii[i], center);
       bool free = true;
-      for (double s = center - reach; s < center + reach && free; s += step) free = checker.valid(corner.at(s).q);
+      for (double s = center - reach; s < center + reach && free; s += step)
+        free = checker.valid(corner.at(s).q);
       if (free) break;
     }
   }
@@ -358,8 +365,7 @@ bool MotionPlanner::timeAndJudge(Job& job) const {
   auto radii = freeRadii(path, config_.blend_radius_rad, config_.joint_step_rad, *job.searcher);
   job.result.trajectory = timeOptimalTrajectory(BlendedPath(path, radii), limits, config_.timing());
   job.beginStage("judge");
-  std::string refused =
-      firstForbidden(job.result.trajectory, *job.judge, config_.joint_step_rad);
+  std::string refused = firstForbidden(job.result.trajectory, *job.judge, config_.joint_step_rad);
   if (refused.empty()) return true;
   // Rounded corners leave the searched lines by a little; with sharp ones the motion stays on them.
   std::fill(radii.begin(), radii.end(), 0.0);
@@ -385,27 +391,7 @@ std::string MotionPlanner::judge(const PlanRequest& request, const TimedTrajecto
 }
 
 Eigen::AlignedBox3d MotionPlanner::reach(const Eigen::Isometry3d& T_map_root) const {
-  const auto links = model_->linkNames().size();
-  std::vector<double> distance(links, 0.0);  // of a link's origin from the root's, at most
-  double reach_m = 0.0;
-  for (std::size_t i = 0; i < links; ++i) {
-    const auto& link = model_->link(static_cast<int>(i));
-    if (link.parent >= 0) {
-      distance[i] = distance[static_cast<std::size_t>(link.parent)] + link.T_parent_joint.translation().norm();
-      if (link.motion == RobotModel::Link::Motion::Translation) {
-        const auto& range = model_->limits()[static_cast<std::size_t>(link.variable)];
-        distance[i] += std::abs(link.multiplier) * std::max(std::abs(range.lower), std::abs(range.upper)) +
-                       std::abs(link.offset);
-      }
-    }
-    for (const auto& shape : model_->shapes(static_cast<int>(i))) {
-      const auto ball = fv_robot_model::boundingSphere(shape);
-      reach_m = std::max(reach_m, distance[i] + ball.center.norm() + ball.radius);
-    }
-  }
-  const double grown = reach_m + config_.padding_m + config_.search_margin_m + 0.1;
-  const Eigen::Vector3d half = Eigen::Vector3d::Constant(grown);
-  return {T_map_root.translation() - half, T_map_root.translation() + half};
+  return robotReach(*model_, T_map_root);
 }
 
 }  // namespace ompl_planner

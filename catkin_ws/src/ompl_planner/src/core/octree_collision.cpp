@@ -14,7 +14,8 @@ std::shared_ptr<octomap::OcTree> obstacleTree(const VoxelGrid& grid, const Eigen
   constexpr int kKeyOffset = 32768;
   auto tree = std::make_shared<octomap::OcTree>(grid.resolution());
   const VoxelIndex low = grid.indexOf(region.min()).cwiseMax(grid.origin());
-  const VoxelIndex high = grid.indexOf(region.max()).cwiseMin(grid.origin() + grid.size() - VoxelIndex::Ones());
+  const VoxelIndex high =
+      grid.indexOf(region.max()).cwiseMin(grid.origin() + grid.size() - VoxelIndex::Ones());
   const auto key = [](int index) { return static_cast<octomap::key_type>(index + kKeyOffset); };
   for (int x = low.x(); x <= high.x(); ++x) {
     for (int y = low.y(); y <= high.y(); ++y) {
@@ -38,7 +39,8 @@ ObstacleOctree::ObstacleOctree(const VoxelGrid& grid, const Eigen::AlignedBox3d&
 ObstacleOctree::~ObstacleOctree() = default;
 
 OctreeCollision::OctreeCollision(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
-                                 const Eigen::Isometry3d& T_map_root, std::shared_ptr<const ObstacleOctree> octree,
+                                 const Eigen::Isometry3d& T_map_root,
+                                 std::shared_ptr<const ObstacleOctree> octree,
                                  std::shared_ptr<const WorldCollision> judge, double padding_m)
     : T_map_root_(T_map_root), octree_(std::move(octree)), judge_(std::move(judge)) {
   for (const int index : group.moved_links) {
@@ -58,8 +60,8 @@ bool OctreeCollision::inContact(const fv_robot_model::LinkPoses& poses) const {
     for (const CollisionBody& body : link.bodies) {
       fcl::CollisionResultd result;
       const Eigen::Isometry3d T_map_shape = T_map_link * body.shape.T_link_shape;
-      if (fcl::collide(body.geometry.get(), T_map_shape, &octree_->geometry(), Eigen::Isometry3d::Identity(), request,
-                       result) == 0) {
+      if (fcl::collide(body.geometry.get(), T_map_shape, &octree_->geometry(), Eigen::Isometry3d::Identity(),
+                       request, result) == 0) {
         continue;
       }
       if (!judge_->hasAllowance(link.index) || judge_->contactOf(poses, link.index)) return true;

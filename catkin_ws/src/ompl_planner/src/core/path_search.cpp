@@ -5,7 +5,6 @@
 #include <ompl/base/spaces/RealVectorStateSpace.h>
 #include <ompl/geometric/PathGeometric.h>
 #include <ompl/geometric/planners/informedtrees/BITstar.h>
-#include <ompl/geometric/planners/kpiece/LBKPIECE1.h>
 #include <ompl/geometric/planners/prm/LazyPRM.h>
 #include <ompl/geometric/planners/rrt/RRTConnect.h>
 #include <ompl/geometric/planners/rrt/RRTstar.h>
@@ -63,8 +62,9 @@ class EdgeValidity : public ob::MotionValidator {
   const SearchProblem& problem_;
 };
 
-/// OMPL complains when its generators' seed is set twice in one process, although it then does use the new seed: which is
-/// what one seed per request needs. Its other messages repeat what the status says. Restored on destruction.
+/// OMPL complains when its generators' seed is set twice in one process, although it then does use the new
+/// seed: which is what one seed per request needs. Its other messages repeat what the status says. Restored
+/// on destruction.
 class QuietOmpl {
  public:
   QuietOmpl() : previous_(ompl::msg::getLogLevel()) { ompl::msg::setLogLevel(ompl::msg::LOG_NONE); }
@@ -123,19 +123,20 @@ ob::PlannerPtr makeWithRange(const ob::SpaceInformationPtr& info, const SearchPr
   return planner;
 }
 
-/// OMPL's PRM is not among them: it looks for solutions in a second thread, so equal requests give different paths.
+/// OMPL's PRM is not among them: it looks for solutions in a second thread, so equal requests give different
+/// paths.
 const std::map<std::string, Kind>& kinds() {
   static const std::map<std::string, Kind> table{{"BITstar", {&make<og::BITstar>, true}},
-                                                 {"LBKPIECE", {&makeWithRange<og::LBKPIECE1>, false}},
                                                  {"LazyPRM", {&make<og::LazyPRM>, false}},
                                                  {"RRTConnect", {&makeWithRange<og::RRTConnect>, false}},
                                                  {"RRTstar", {&makeWithRange<og::RRTstar>, true}}};
   return table;
 }
 
-/// Ends when stop fires and, for planners that go on improving, after so many rounds: counted, so that equal requests give
-/// equal paths.
-ob::PlannerTerminationCondition termination(const std::function<bool()>& stop, bool improves, std::size_t rounds) {
+/// Ends when stop fires and, for planners that go on improving, after so many rounds: counted, so that equal
+/// requests give equal paths.
+ob::PlannerTerminationCondition termination(const std::function<bool()>& stop, bool improves,
+                                            std::size_t rounds) {
   if (!improves) return ob::PlannerTerminationCondition(stop);
   auto left = std::make_shared<std::size_t>(rounds);
   return ob::PlannerTerminationCondition([stop, left] {
@@ -155,22 +156,25 @@ const std::vector<std::string>& plannerNames() {
   return names;
 }
 
-std::optional<JointPath> findPath(const SearchProblem& problem, const std::string& planner, std::uint32_t seed,
-                                  const std::function<bool()>& stop) {
-  const auto kind = kinds().find(planner);
-  if (kind == kinds().end()) {
-    std::string valid;
-    for (const auto& name : plannerNames()) valid += (valid.empty() ? "" : ", ") + name;
-    throw std::invalid_argument("unknown planner '" + planner + "'; valid: " + valid);
-  }
+void checkPlannerName(const std::string& name) {
+  if (kinds().count(name) != 0) return;
+  std::string valid;
+  for (const auto& known : plannerNames()) valid += (valid.empty() ? "" : ", ") + known;
+  throw std::invalid_argument("unknown planner '" + name + "'; valid: " + valid);
+}
+
+std::optional<JointPath> findPath(const SearchProblem& problem, const std::string& planner,
+                                  std::uint32_t seed, const std::function<bool()>& stop) {
+  checkPlannerName(planner);
+  const Kind& kind = kinds().at(planner);
   const QuietOmpl quiet;
   ompl::RNG::setSeed(seed + 1U == 0U ? 1U : seed + 1U);  // OMPL takes 0 for "any"
   const auto info = makeSpace(problem);
   const auto definition = makeDefinition(info, problem);
-  const auto search = kind->second.make(info, problem);
+  const auto search = kind.make(info, problem);
   search->setProblemDefinition(definition);
   search->setup();
-  search->solve(termination(stop, kind->second.improves, problem.quality_rounds));
+  search->solve(termination(stop, kind.improves, problem.quality_rounds));
   if (!definition->hasExactSolution()) return std::nullopt;
   const auto* solution = definition->getSolutionPath()->as<og::PathGeometric>();
   JointPath path;

@@ -16,7 +16,8 @@ constexpr double kMargin = 0.08;  // [m] paddings, and voxels that the region's 
 double stroke(const RobotModel& model, const RobotModel::Link& link) {
   if (link.motion != RobotModel::Link::Motion::Translation) return 0.0;
   const auto& range = model.limits()[static_cast<std::size_t>(link.variable)];
-  return std::abs(link.multiplier) * std::max(std::abs(range.lower), std::abs(range.upper)) + std::abs(link.offset);
+  return std::abs(link.multiplier) * std::max(std::abs(range.lower), std::abs(range.upper)) +
+         std::abs(link.offset);
 }
 
 double shapeReach(const RobotModel& model, int link) {
@@ -30,17 +31,19 @@ double shapeReach(const RobotModel& model, int link) {
 
 }  // namespace
 
-Eigen::AlignedBox3d groupReach(const RobotModel& model, const Group& group, const fv_robot_model::LinkPoses& poses,
-                               const Eigen::Isometry3d& T_map_root) {
+Eigen::AlignedBox3d groupReach(const RobotModel& model, const Group& group,
+                               const fv_robot_model::LinkPoses& poses, const Eigen::Isometry3d& T_map_root) {
   Eigen::AlignedBox3d box;
-  std::map<int, std::pair<int, double>> from_first;  // moved link -> first moved ancestor, largest distance from its joint
+  std::map<int, std::pair<int, double>>
+      from_first;  // moved link -> first moved ancestor, largest distance from its joint
   for (const int index : group.moved_links) {
     const auto& link = model.link(index);
     const auto parent = from_first.find(link.parent);
-    from_first[index] = parent == from_first.end()
-                            ? std::make_pair(index, stroke(model, link))
-                            : std::make_pair(parent->second.first, parent->second.second + stroke(model, link) +
-                                                                       link.T_parent_joint.translation().norm());
+    from_first[index] =
+        parent == from_first.end()
+            ? std::make_pair(index, stroke(model, link))
+            : std::make_pair(parent->second.first, parent->second.second + stroke(model, link) +
+                                                       link.T_parent_joint.translation().norm());
     const auto& [first, distance] = from_first[index];
     const auto& joint = model.link(first);
     const Eigen::Isometry3d T_root_joint =
@@ -51,6 +54,23 @@ Eigen::AlignedBox3d groupReach(const RobotModel& model, const Group& group, cons
     box.extend(Eigen::AlignedBox3d(center - half, center + half));
   }
   return box;
+}
+
+Eigen::AlignedBox3d robotReach(const RobotModel& model, const Eigen::Isometry3d& T_map_root) {
+  std::vector<double> distance(model.linkNames().size(), 0.0);  // of a link's origin from the root's, at most
+  double reach = 0.0;
+  for (std::size_t i = 0; i < distance.size(); ++i) {
+    const auto& link = model.link(static_cast<int>(i));
+    if (link.parent >= 0) {
+      distance[i] = distance[static_cast<std::size_t>(link.parent)] +
+                    link.T_parent_joint.translation().norm() + stroke(model, link);
+    }
+    if (!model.shapes(static_cast<int>(i)).empty()) {
+      reach = std::max(reach, distance[i] + shapeReach(model, static_cast<int>(i)));
+    }
+  }
+  const Eigen::Vector3d half = Eigen::Vector3d::Constant(reach + kMargin + 0.1);
+  return {T_map_root.translation() - half, T_map_root.translation() + half};
 }
 
 const PreparedWorld* WorldMemory::find(const Entry& key) const {

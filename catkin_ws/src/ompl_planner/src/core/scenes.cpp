@@ -15,8 +15,10 @@ template <typename Visit>
 void forEachVoxel(const Eigen::AlignedBox3d& box, double resolution, const Visit& visit) {
   if (box.isEmpty()) return;
   constexpr int kKeyOffset = 32768;
-  const Eigen::Vector3i low = (box.min() / resolution - Eigen::Vector3d::Constant(0.5)).array().ceil().cast<int>();
-  const Eigen::Vector3i high = (box.max() / resolution - Eigen::Vector3d::Constant(0.5)).array().floor().cast<int>();
+  const Eigen::Vector3i low =
+      (box.min() / resolution - Eigen::Vector3d::Constant(0.5)).array().ceil().cast<int>();
+  const Eigen::Vector3i high =
+      (box.max() / resolution - Eigen::Vector3d::Constant(0.5)).array().floor().cast<int>();
   const auto key = [](int index) { return static_cast<octomap::key_type>(index + kKeyOffset); };
   for (int x = low.x(); x <= high.x(); ++x) {
     for (int y = low.y(); y <= high.y(); ++y) {

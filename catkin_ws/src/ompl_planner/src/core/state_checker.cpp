@@ -54,21 +54,25 @@ bool StateChecker::edgeValid(const JointVector& from, const JointVector& to, dou
   return true;
 }
 
-std::string firstForbidden(const TimedTrajectory& trajectory, const StateChecker& checker, double step, double from_s) {
-  double time = std::max(from_s, 0.0);
+std::string firstForbidden(const TimedTrajectory& trajectory, const StateChecker& checker, double step_rad,
+                           double from_s) {
+  const double duration = trajectory.duration();
+  double time = std::min(std::max(from_s, 0.0), duration);
   JointVector last = interpolate(trajectory, time).q;
-  bool first = true;
-  while (first || time < trajectory.duration()) {
-    double delta = first ? 0.0 : 0.02;
-    JointVector q = interpolate(trajectory, std::min(time + delta, trajectory.duration())).q;
-    while (maxJointStep(last, q) > step && delta > 1e-6) {
-      delta *= 0.5;
-      q = interpolate(trajectory, std::min(time + delta, trajectory.duration())).q;
+  if (!checker.valid(last)) return checker.whyInvalid(last) + " after " + std::to_string(time) + " s";
+  double delta = 0.01;
+  while (time < duration) {
+    // As far as the step allows: grow, then cut until it fits.
+    delta = std::min({1.3 * delta, 0.05, duration - time});
+    JointVector q = interpolate(trajectory, time + delta).q;
+    for (double moved = maxJointStep(last, q); moved > step_rad && delta > 1e-6;
+         moved = maxJointStep(last, q)) {
+      delta *= std::max(0.5, 0.98 * step_rad / moved);
+      q = interpolate(trajectory, time + delta).q;
     }
-    time = std::min(time + delta, trajectory.duration());
+    time = duration - time - delta < 1e-9 ? duration : time + delta;
     if (!checker.valid(q)) return checker.whyInvalid(q) + " after " + std::to_string(time) + " s";
     last = q;
-    first = false;
   }
   return {};
 }

@@ -53,7 +53,8 @@ bool controllable(const std::vector<Constraint>& constraints, double x, double n
   return !range.empty();
 }
 
-/// The allowed (u, x) form a convex set that holds (0, 0): the allowed x are an interval from 0, found by bisection.
+/// The allowed (u, x) form a convex set that holds (0, 0): the allowed x are an interval from 0, found by
+/// bisection.
 double largestControllable(const std::vector<Constraint>& constraints, double max_x, double next_max,
                            double step) {
   if (controllable(constraints, max_x, next_max, step)) return max_x;
@@ -86,20 +87,23 @@ std::vector<Constraint> intervalConstraints(const PathPoint& begin, const PathPo
   return constraints;
 }
 
-Stretch discretise(const BlendedPath& path, double from, double to, const MotionLimits& limits,
-                   double grid_step) {
-  const auto count = std::max<std::size_t>(20, static_cast<std::size_t>(std::ceil((to - from) / grid_step)));
-  Stretch stretch;
+/// @param grid Of the whole path; its parameters from `from` to `to` are used.
+Stretch discretise(const BlendedPath& path, const std::vector<double>& grid, double from, double to,
+                   const MotionLimits& limits) {
   // The ends of a stretch are taken just inside, so that a sharp corner shows the side that belongs to it.
   const double inset = 1e-9 * (to - from);
+  Stretch stretch;
+  stretch.s.push_back(from);
+  for (const double s : grid) {
+    if (s > from + inset && s < to - inset) stretch.s.push_back(s);
+  }
+  stretch.s.push_back(to);
   std::vector<PathPoint> points;
-  for (std::size_t i = 0; i <= count; ++i) {
-    const double s = from + (to - from) * static_cast<double>(i) / static_cast<double>(count);
-    stretch.s.push_back(s);
+  for (const double s : stretch.s) {
     points.push_back(path.at(std::min(std::max(s, from + inset), to - inset)));
     stretch.max_x.push_back(velocityBound(points.back().dq, limits.velocity));
   }
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i + 1 < stretch.s.size(); ++i) {
     const double step = stretch.s[i + 1] - stretch.s[i];
     stretch.constraints.push_back(intervalConstraints(points[i], points[i + 1], step, limits.acceleration));
   }
@@ -129,7 +133,8 @@ class Profile {
   explicit Profile(const Stretch& stretch) : s_(stretch.s), x_(optimalSquaredSpeed(stretch)) {
     for (std::size_t i = 0; i + 1 < s_.size(); ++i) {
       const double speed_sum = std::sqrt(x_[i]) + std::sqrt(x_[i + 1]);
-      if (speed_sum < 1e-12) throw std::runtime_error("time parameterisation: the path cannot be left at rest");
+      if (speed_sum < 1e-12)
+        throw std::runtime_error("time parameterisation: the path cannot be left at rest");
       times_.push_back(times_.back() + 2.0 * (s_[i + 1] - s_[i]) / speed_sum);
     }
   }
@@ -155,12 +160,14 @@ class FinePositions {
   FinePositions(const BlendedPath& path, const Profile& profile, double step)
       : step_(step), count_(static_cast<std::size_t>(std::ceil(profile.duration() / step)) + 1) {
     for (std::size_t i = 0; i < count_; ++i) {
-      q_.push_back(path.at(profile.parameterAt(std::min(static_cast<double>(i) * step, profile.duration()))).q);
+      q_.push_back(
+          path.at(profile.parameterAt(std::min(static_cast<double>(i) * step, profile.duration()))).q);
     }
   }
   std::size_t size() const { return count_; }
   const JointVector& at(std::ptrdiff_t i) const {
-    return q_[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count_) - 1))];
+    return q_[static_cast<std::size_t>(
+        std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count_) - 1))];
   }
 
  private:
@@ -179,8 +186,8 @@ void appendPoint(TimedTrajectory& out, double time, const JointVector& q, const 
 
 constexpr int kFine = 10;  // fine steps per sample period: the window average is a sum over them
 
-/// Appends one stretch, from rest to rest, averaged over `window` fine steps (twice one step at least: the central
-/// differences of a piecewise constant acceleration need it).
+/// Appends one stretch, from rest to rest, averaged over `window` fine steps (twice one step at least: the
+/// central differences of a piecewise constant acceleration need it).
 void appendStretch(const BlendedPath& path, const Profile& profile, const TimingOptions& options,
                    TimedTrajectory& out) {
   const double step = options.sample_period_s / kFine;
@@ -197,9 +204,9 @@ void appendStretch(const BlendedPath& path, const Profile& profile, const Timing
     for (std::ptrdiff_t i = end - window + 1; i < end; ++i) sum += fine.at(i);
     const double width = step * static_cast<double>(window);
     const JointVector velocity = (fine.at(end) - fine.at(end - window)) / width;
-    const JointVector acceleration = (fine.at(end + 1) - fine.at(end - 1) - fine.at(end - window + 1) +
-                                      fine.at(end - window - 1)) /
-                                     (2.0 * step * width);
+    const JointVector acceleration =
+        (fine.at(end + 1) - fine.at(end - 1) - fine.at(end - window + 1) + fine.at(end - window - 1)) /
+        (2.0 * step * width);
     appendPoint(out, begin + static_cast<double>(k) * options.sample_period_s,
                 sum / static_cast<double>(window), velocity, acceleration);
   }
@@ -257,8 +264,9 @@ TimedTrajectory timeOptimalTrajectory(const BlendedPath& path, const MotionLimit
   const MotionLimits used{options.limit_share * limits.velocity, options.limit_share * limits.acceleration};
   TimedTrajectory trajectory;
   const auto& rests = path.rests();
+  const auto grid = path.grid(options.grid_step);
   for (std::size_t i = 0; i + 1 < rests.size(); ++i) {
-    const Profile profile(discretise(path, rests[i], rests[i + 1], used, options.grid_step));
+    const Profile profile(discretise(path, grid, rests[i], rests[i + 1], used));
     appendStretch(path, profile, options, trajectory);
   }
   return trajectory;

@@ -19,7 +19,8 @@ class LeafCopier {
       : tree_(tree), grid_(grid), low_(grid.origin()), high_(grid.origin() + grid.size()) {}
 
   void run() {
-    if (tree_.getRoot() != nullptr) visit(tree_.getRoot(), VoxelIndex::Constant(-kKeyOffset), 1 << kTreeDepth);
+    if (tree_.getRoot() != nullptr)
+      visit(tree_.getRoot(), VoxelIndex::Constant(-kKeyOffset), 1 << kTreeDepth);
   }
 
  private:
@@ -43,7 +44,8 @@ class LeafCopier {
     for (int x = begin.x(); x < end.x(); ++x) {
       for (int y = begin.y(); y < end.y(); ++y) {
         const std::size_t row = grid_.offset({x, y, begin.z()});
-        for (int z = 0; z < end.z() - begin.z(); ++z) grid_.setOffset(row + static_cast<std::size_t>(z), value);
+        for (int z = 0; z < end.z() - begin.z(); ++z)
+          grid_.setOffset(row + static_cast<std::size_t>(z), value);
       }
     }
   }

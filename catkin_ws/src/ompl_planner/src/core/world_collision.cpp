@@ -13,13 +13,16 @@ namespace {
 
 using fv_robot_model::Shape;
 
-constexpr double kRemainingShare = 0.1;  // of a shape's size, however much it is shrunk
+constexpr double kAllowanceSlack = 0.001;  // [m] else rounding decides whether the start itself is allowed
+constexpr double kRemainingShare = 0.1;    // of a shape's size, however much it is shrunk
 
 CollisionBody makeBody(const Shape& shape) {
   return {shape, fv_robot_model::fclGeometry(shape), fv_robot_model::boundingBox(shape)};
 }
 
-double shrunkenRadius(double radius, double depth) { return std::max(radius - depth, kRemainingShare * radius); }
+double shrunkenRadius(double radius, double depth) {
+  return std::max(radius - depth, kRemainingShare * radius);
+}
 
 double shrunkenEdge(double edge, double depth) {
   return std::max(edge - 2.0 * depth, kRemainingShare * edge);
@@ -84,7 +87,8 @@ Shape shrunken(const Shape& shape, double depth_m) {
   const Eigen::Vector3d& d = shape.dimensions;
   switch (shape.kind) {
     case Shape::Kind::Box:
-      small.dimensions = {shrunkenEdge(d.x(), depth_m), shrunkenEdge(d.y(), depth_m), shrunkenEdge(d.z(), depth_m)};
+      small.dimensions = {shrunkenEdge(d.x(), depth_m), shrunkenEdge(d.y(), depth_m),
+                          shrunkenEdge(d.z(), depth_m)};
       return small;
     case Shape::Kind::Cylinder:
       small.dimensions = {shrunkenRadius(d.x(), depth_m), shrunkenEdge(d.y(), depth_m), 0.0};
@@ -95,8 +99,8 @@ Shape shrunken(const Shape& shape, double depth_m) {
     case Shape::Kind::Convex:
       break;
   }
-  // Scaling about the box's centre moves each face inwards by its distance from there times (1 - factor); the nearest
-  // face sets the factor, so that no face moves less than depth_m.
+  // Scaling about the box's centre moves each face inwards by its distance from there times (1 - factor); the
+  // nearest face sets the factor, so that no face moves less than depth_m.
   const Eigen::Vector3d center = fv_robot_model::boundingBox(shape).center();
   const double inner = -fv_robot_model::signedDistance(shape, center);
   const double factor = inner > 0.0 ? std::max(1.0 - depth_m / inner, kRemainingShare) : kRemainingShare;
@@ -124,7 +128,8 @@ std::optional<WorldContact> WorldCollision::firstContact(const fv_robot_model::L
   return std::nullopt;
 }
 
-std::optional<WorldContact> WorldCollision::contactOf(const fv_robot_model::LinkPoses& poses, int link) const {
+std::optional<WorldContact> WorldCollision::contactOf(const fv_robot_model::LinkPoses& poses,
+                                                      int link) const {
   return linkContact(link, bodies_.at(link), T_map_root_ * poses[static_cast<std::size_t>(link)], nullptr);
 }
 
@@ -150,7 +155,8 @@ std::optional<WorldContact> WorldCollision::allowStart(const fv_robot_model::Lin
       const double depth = max_depth_m * step / kSteps;
       deeper = contactAtDepth(poses, link, depth);
       if (deeper) continue;
-      allowance.links[link] = {{voxels.begin(), voxels.end()}, depth, shrunkenBodies(link, depth)};
+      const double allowed = depth + kAllowanceSlack;
+      allowance.links[link] = {{voxels.begin(), voxels.end()}, allowed, shrunkenBodies(link, allowed)};
       break;
     }
     if (deeper) return deeper;
@@ -161,12 +167,13 @@ std::optional<WorldContact> WorldCollision::allowStart(const fv_robot_model::Lin
 
 std::vector<CollisionBody> WorldCollision::shrunkenBodies(int link, double depth_m) const {
   std::vector<CollisionBody> bodies;
-  for (const CollisionBody& body : bodies_.at(link)) bodies.push_back(makeBody(shrunken(body.shape, depth_m)));
+  for (const CollisionBody& body : bodies_.at(link))
+    bodies.push_back(makeBody(shrunken(body.shape, depth_m)));
   return bodies;
 }
 
-/// With all_voxels every voxel in contact is listed there, forgiven or not; without, the first that is not forgiven ends
-/// the search.
+/// With all_voxels every voxel in contact is listed there, forgiven or not; without, the first that is not
+/// forgiven ends the search.
 std::optional<WorldContact> WorldCollision::linkContact(int link, const std::vector<CollisionBody>& bodies,
                                                         const Eigen::Isometry3d& T_map_link,
                                                         std::vector<std::size_t>* all_voxels) const {
@@ -192,7 +199,8 @@ std::optional<WorldContact> WorldCollision::linkContact(int link, const std::vec
 
 /// Calls visit for each obstacle voxel in the body's box until it returns false; then returns false too.
 template <typename Visit>
-bool WorldCollision::visitObstacles(const CollisionBody& body, const Placement& at, const Visit& visit) const {
+bool WorldCollision::visitObstacles(const CollisionBody& body, const Placement& at,
+                                    const Visit& visit) const {
   const Eigen::AlignedBox3d box = mapBounds(body.bounds, at.T_map_shape);
   const VoxelIndex low = grid_->indexOf(box.min());
   const VoxelIndex high = grid_->indexOf(box.max());
@@ -208,6 +216,7 @@ bool WorldCollision::visitObstacles(const CollisionBody& body, const Placement& 
         continue;
       }
       const std::size_t row = grid_->offset({x, y, low.z()});  // z lies side by side in memory
+      if (grid_->rowIsFree(row, static_cast<std::size_t>(high.z() - low.z() + 1))) continue;
       for (int z = low.z(); z <= high.z(); ++z) {
         if (grid_->atOffset(row + static_cast<std::size_t>(z - low.z())) == Voxel::Free) continue;
         if (!visit(body, at, VoxelIndex(x, y, z))) return false;
@@ -228,7 +237,8 @@ bool WorldCollision::meets(const CollisionBody& body, const Placement& at, const
   T_map_voxel.translation() = center;
   fcl::CollisionRequestd request;
   fcl::CollisionResultd result;
-  return fcl::collide(body.geometry.get(), at.T_map_shape, voxel_box_.get(), T_map_voxel, request, result) > 0;
+  return fcl::collide(body.geometry.get(), at.T_map_shape, voxel_box_.get(), T_map_voxel, request, result) >
+         0;
 }
 
 bool WorldCollision::forgiven(int link, const Eigen::Isometry3d& T_map_link, const VoxelIndex& index) const {

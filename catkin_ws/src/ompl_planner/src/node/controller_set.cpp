@@ -15,7 +15,8 @@ std::ptrdiff_t positionOf(const std::vector<std::string>& names, const std::stri
 }
 
 /// The columns of a trajectory that belong to a controller, in the controller's order.
-trajectory_msgs::JointTrajectory partOf(const trajectory_msgs::JointTrajectory& whole, const Controller& controller) {
+trajectory_msgs::JointTrajectory partOf(const trajectory_msgs::JointTrajectory& whole,
+                                        const Controller& controller) {
   trajectory_msgs::JointTrajectory part;
   part.joint_names = controller.joints;
   part.points.resize(whole.points.size());
@@ -44,14 +45,16 @@ void ControllerSet::assign(const trajectory_msgs::JointTrajectory& trajectory) {
   std::vector<std::string> left = trajectory.joint_names;
   for (const Controller& controller : controllers_) {
     const auto before = left.size();
-    for (const std::string& joint : controller.joints) left.erase(std::remove(left.begin(), left.end(), joint), left.end());
+    for (const std::string& joint : controller.joints)
+      left.erase(std::remove(left.begin(), left.end(), joint), left.end());
     if (left.size() == before) continue;
     Part part;
     part.action = controller.action;
     part.goal.trajectory = partOf(trajectory, controller);
     parts_.push_back(std::move(part));
   }
-  if (!left.empty()) throw std::invalid_argument("no controller of /controller_list moves joint '" + left.front() + "'");
+  if (!left.empty())
+    throw std::invalid_argument("no controller of /controller_list moves joint '" + left.front() + "'");
 }
 
 bool ControllerSet::connect(double wait_s, const std::function<bool()>& stop, std::string& why) {

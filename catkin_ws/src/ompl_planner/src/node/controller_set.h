@@ -25,11 +25,13 @@ class ControllerSet {
 
   enum class Outcome { Running, Succeeded, Failed };
 
-  /// Splits the trajectory. @throws std::invalid_argument naming a joint that no controller moves, and a joint of a needed
+  /// Splits the trajectory. @throws std::invalid_argument naming a joint that no controller moves, and a
+  /// joint of a needed
   ///   controller that the trajectory leaves out: a controller takes all of its joints or none.
   void assign(const trajectory_msgs::JointTrajectory& trajectory);
 
-  /// @return False, with the reason, when a controller's action server does not answer within wait_s or `stop` fires.
+  /// @return False, with the reason, when a controller's action server does not answer within wait_s or
+  /// `stop` fires.
   bool connect(double wait_s, const std::function<bool()>& stop, std::string& why);
 
   /// Sends all goals, one right after the other, with stamp 0: start at once.

@@ -8,11 +8,13 @@
 namespace ompl_planner {
 namespace {
 
-Eigen::Isometry3d makeIsometry(const Eigen::Vector3d& p, const Eigen::Quaterniond& q, const std::string& what) {
+Eigen::Isometry3d makeIsometry(const Eigen::Vector3d& p, const Eigen::Quaterniond& q,
+                               const std::string& what) {
   constexpr double kNormTolerance = 0.01;
   if (!p.allFinite() || !q.coeffs().allFinite()) throw std::invalid_argument(what + " is not finite");
   if (std::abs(q.norm() - 1.0) > kNormTolerance) {
-    throw std::invalid_argument(what + ": its quaternion has norm " + std::to_string(q.norm()) + ", must be 1");
+    throw std::invalid_argument(what + ": its quaternion has norm " + std::to_string(q.norm()) +
+                                ", must be 1");
   }
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() = p;
@@ -38,11 +40,14 @@ void checkOneGoalType(const fv_msgs::PlanMotionGoal& msg) {
 
 JointVector vectorOr(const std::vector<double>& values, std::size_t size, const char* what) {
   if (values.empty()) return JointVector::Zero(static_cast<Eigen::Index>(size));
-  if (values.size() != size) throw std::invalid_argument(std::string("a trajectory point has too few ") + what);
+  if (values.size() != size)
+    throw std::invalid_argument(std::string("a trajectory point has too few ") + what);
   return Eigen::Map<const JointVector>(values.data(), static_cast<Eigen::Index>(size));
 }
 
-std::vector<double> toList(const JointVector& values) { return {values.data(), values.data() + values.size()}; }
+std::vector<double> toList(const JointVector& values) {
+  return {values.data(), values.data() + values.size()};
+}
 
 }  // namespace
 
@@ -71,13 +76,14 @@ geometry_msgs::Pose msgFromIsometry(const Eigen::Isometry3d& T) {
 
 std::unique_ptr<octomap::OcTree> octreeFromMsg(const fv_msgs::MapUpdate& msg) {
   const auto& octomap = msg.octomap;
-  if (octomap.id != "OcTree") throw std::invalid_argument("map: tree type '" + octomap.id + "' is not OcTree");
+  if (octomap.id != "OcTree")
+    throw std::invalid_argument("map: tree type '" + octomap.id + "' is not OcTree");
   if (!std::isfinite(octomap.resolution) || octomap.resolution <= 0.0) {
     throw std::invalid_argument("map: resolution " + std::to_string(octomap.resolution) + " is not positive");
   }
   if (!octomap.header.frame_id.empty() && octomap.header.frame_id != msg.header.frame_id) {
-    throw std::invalid_argument("map: its octomap is in frame '" + octomap.header.frame_id + "', the message in '" +
-                                msg.header.frame_id + "'");
+    throw std::invalid_argument("map: its octomap is in frame '" + octomap.header.frame_id +
+                                "', the message in '" + msg.header.frame_id + "'");
   }
   if (octomap.data.empty()) throw std::invalid_argument("map: it has no voxels");
   auto tree = std::make_unique<octomap::OcTree>(octomap.resolution);
@@ -98,8 +104,9 @@ PlanRequest requestFromMsg(const fv_msgs::PlanMotionGoal& msg) {
     throw std::invalid_argument("unknown_space is " + std::to_string(msg.unknown_space) + "; valid: 0, 1, 2");
   }
   if (msg.goal_joints.name.size() != msg.goal_joints.position.size()) {
-    throw std::invalid_argument("goal_joints has " + std::to_string(msg.goal_joints.name.size()) + " names and " +
-                                std::to_string(msg.goal_joints.position.size()) + " positions");
+    throw std::invalid_argument("goal_joints has " + std::to_string(msg.goal_joints.name.size()) +
+                                " names and " + std::to_string(msg.goal_joints.position.size()) +
+                                " positions");
   }
   PlanRequest request;
   request.group = msg.group;

@@ -15,30 +15,36 @@
 
 namespace ompl_planner {
 
-/// @throws std::invalid_argument for values that are not finite or a quaternion whose norm is not 1 within 1 %.
+/// @throws std::invalid_argument for values that are not finite or a quaternion whose norm is not 1 within 1
+/// %.
 Eigen::Isometry3d isometryFromMsg(const geometry_msgs::Pose& pose, const std::string& what);
 Eigen::Isometry3d isometryFromMsg(const geometry_msgs::Transform& transform);
 geometry_msgs::Pose msgFromIsometry(const Eigen::Isometry3d& T);
 
 /// The octree of a message, binary or full.
-/// @throws std::invalid_argument for another tree type, a resolution that is not positive, broken data, a tree without
+/// @throws std::invalid_argument for another tree type, a resolution that is not positive, broken data, a
+/// tree without
 ///   voxels, or frames that contradict each other.
 std::unique_ptr<octomap::OcTree> octreeFromMsg(const fv_msgs::MapUpdate& msg);
 
-/// All fields but those that need the robot's state or TF: start, map, transform and the frame of the poses, which are
-/// taken as they stand in the message.
-/// @throws std::invalid_argument for unknown enum values, lists of unequal length, goals of more than one type.
+/// All fields but those that need the robot's state or TF: start, map, transform and the frame of the poses,
+/// which are taken as they stand in the message.
+/// @throws std::invalid_argument for unknown enum values, lists of unequal length, goals of more than one
+/// type.
 PlanRequest requestFromMsg(const fv_msgs::PlanMotionGoal& msg);
 
 /// Overwrites the values of the joints that the message names.
-/// @throws std::invalid_argument for unequal lengths, values that are not finite; UnknownNameError for joints.
-void overlayJoints(const sensor_msgs::JointState& msg, const fv_robot_model::RobotModel& model, Eigen::VectorXd& q_all);
+/// @throws std::invalid_argument for unequal lengths, values that are not finite; UnknownNameError for
+/// joints.
+void overlayJoints(const sensor_msgs::JointState& msg, const fv_robot_model::RobotModel& model,
+                   Eigen::VectorXd& q_all);
 
 fv_msgs::PlanMotionResult msgFromResult(const PlanResult& result);
 
 trajectory_msgs::JointTrajectory msgFromTrajectory(const TimedTrajectory& trajectory,
                                                    const std::vector<std::string>& joint_names);
-/// @throws std::invalid_argument for points without positions, of wrong size, not finite, or times that do not ascend.
+/// @throws std::invalid_argument for points without positions, of wrong size, not finite, or times that do
+/// not ascend.
 ///   Velocities and accelerations that are left out count as zero.
 TimedTrajectory trajectoryFromMsg(const trajectory_msgs::JointTrajectory& msg);
 

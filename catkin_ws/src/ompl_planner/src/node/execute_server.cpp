@@ -47,7 +47,8 @@ ExecuteServer::ExecuteServer(ros::NodeHandle& nh, const MotionPlanner& planner, 
       config_(params.node),
       controllers_(params.controllers),
       path_publisher_(nh.advertise<fv_msgs::PlannedPath>("/ompl_planner/path", 1, /*latch=*/true)),
-      server_(nh, "/ompl_planner/execute", [this](const auto& goal) { onGoal(goal); }, /*auto_start=*/false) {
+      server_(
+          nh, "/ompl_planner/execute", [this](const auto& goal) { onGoal(goal); }, /*auto_start=*/false) {
   server_.registerPreemptCallback([this] { cancel_ = true; });
   server_.start();
 }
@@ -80,7 +81,8 @@ void ExecuteServer::onGoal(const fv_msgs::ExecuteMotionGoalConstPtr& goal) {
 void ExecuteServer::run(Motion& motion) {
   if (!prepare(motion)) return;
   std::string why;
-  if (!motion.controllers.connect(config_.controller_wait_s, [this] { return cancel_.load(); }, why)) {
+  if (!motion.controllers.connect(
+          config_.controller_wait_s, [this] { return cancel_.load(); }, why)) {
     motion.fail(cancel_ ? Result::CANCELLED : Result::CONTROLLER_FAILED, why);
     return;
   }
@@ -91,7 +93,8 @@ void ExecuteServer::run(Motion& motion) {
 
 bool ExecuteServer::prepare(Motion& motion) {
   motion.trajectory = trajectoryFromMsg(motion.goal.trajectory);
-  if (motion.trajectory.times.empty()) return motion.fail(Result::INVALID_REQUEST, "the trajectory has no points");
+  if (motion.trajectory.times.empty())
+    return motion.fail(Result::INVALID_REQUEST, "the trajectory has no points");
   motion.group = groupOfJoints(planner_.model(), motion.goal.trajectory.joint_names);
   motion.controllers.assign(motion.goal.trajectory);
   std::string why;

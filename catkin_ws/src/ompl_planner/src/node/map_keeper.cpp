@@ -18,10 +18,15 @@ MapKeeper::MapKeeper(ros::NodeHandle& nh, const MotionPlanner& planner, const Ro
 }
 
 void MapKeeper::onMap(const fv_msgs::MapUpdateConstPtr& msg) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  pending_ = msg;
-  place(*msg);
+  std::optional<PlacedMap> placed;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    pending_ = msg;
+    place(*msg);
+    if (!maps_.empty()) placed = maps_.back();
+  }
   arrived_.notify_all();
+  if (placed && on_placed_) on_placed_(*placed);
 }
 
 /// Call with the mutex held. Leaves the message pending when it cannot be placed, with the reason.
@@ -60,8 +65,8 @@ std::optional<PlacedMap> MapKeeper::latest(std::string& why) {
   return maps_.back();
 }
 
-std::optional<PlacedMap> MapKeeper::atLeast(std::uint64_t sequence, double wait_s, const std::function<bool()>& stop,
-                                            std::string& why) {
+std::optional<PlacedMap> MapKeeper::atLeast(std::uint64_t sequence, double wait_s,
+                                            const std::function<bool()>& stop, std::string& why) {
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(wait_s);
   while (true) {
     auto map = latest(why);

@@ -24,15 +24,19 @@ struct PlacedMap {
   Eigen::Isometry3d T_map_root{Eigen::Isometry3d::Identity()};
 };
 
-/// Turns each map message into a dense snapshot; keeps the last few, to tell what changed since a plan. Thread-safe;
-/// snapshots are immutable, so planning reads one while the next map comes in.
+/// Turns each map message into a dense snapshot; keeps the last few, to tell what changed since a plan.
+/// Thread-safe; snapshots are immutable, so planning reads one while the next map comes in.
 class MapKeeper {
  public:
   MapKeeper(ros::NodeHandle& nh, const MotionPlanner& planner, const RobotState& state);
 
+  /// Called with each new map, in the thread that received it. Set it before maps come.
+  void onPlaced(std::function<void(const PlacedMap&)> callback) { on_placed_ = std::move(callback); }
+
   /// The latest map; empty, with the reason in `why`, when there is none.
   std::optional<PlacedMap> latest(std::string& why);
-  /// As latest, after waiting up to wait_s for a map of at least this sequence number; may return an older one.
+  /// As latest, after waiting up to wait_s for a map of at least this sequence number; may return an older
+  /// one.
   std::optional<PlacedMap> atLeast(std::uint64_t sequence, double wait_s, const std::function<bool()>& stop,
                                    std::string& why);
   /// A map that was received before; empty when it is no longer kept.
@@ -46,8 +50,9 @@ class MapKeeper {
   const RobotState& state_;
   mutable std::mutex mutex_;
   std::condition_variable arrived_;
-  std::deque<PlacedMap> maps_;            ///< Oldest first.
-  fv_msgs::MapUpdateConstPtr pending_;    ///< Came before the robot's place was known.
+  std::deque<PlacedMap> maps_;  ///< Oldest first.
+  std::function<void(const PlacedMap&)> on_placed_;
+  fv_msgs::MapUpdateConstPtr pending_;  ///< Came before the robot's place was known.
   std::string problem_{"no map has been received yet"};
   ros::Subscriber subscriber_;
 };

@@ -38,7 +38,8 @@ double rate(XmlRpcValue& joint, const std::string& name, const std::string& kind
   if (!joint.hasMember(flag) || !static_cast<bool>(joint[flag])) return 0.0;
   if (!joint.hasMember(member)) throw std::invalid_argument("joint limits of '" + name + "' lack " + member);
   const double value = toNumber(joint[member], name + "/" + member);
-  if (!(value > 0.0)) throw std::invalid_argument("joint limits of '" + name + "': " + member + " must be positive");
+  if (!(value > 0.0))
+    throw std::invalid_argument("joint limits of '" + name + "': " + member + " must be positive");
   return value;
 }
 
@@ -63,8 +64,8 @@ std::vector<Controller> readControllers(const ros::NodeHandle& nh) {
     }
     Controller controller;
     const std::string name = static_cast<std::string>(entry["name"]);
-    const std::string action =
-        entry.hasMember("action_ns") ? static_cast<std::string>(entry["action_ns"]) : "follow_joint_trajectory";
+    const std::string action = entry.hasMember("action_ns") ? static_cast<std::string>(entry["action_ns"])
+                                                            : "follow_joint_trajectory";
     controller.action = ros::names::append(name[0] == '/' ? name : "/" + name, action);
     for (int j = 0; j < entry["joints"].size(); ++j) {
       controller.joints.push_back(static_cast<std::string>(entry["joints"][j]));
@@ -106,8 +107,9 @@ NodeParams readNodeParams(const ros::NodeHandle& global, const ros::NodeHandle& 
   const auto resolver = [](const std::string& uri) {
     return uri.rfind("package://", 0) == 0 ? packageFile(uri) : std::string();
   };
-  params.model = std::make_shared<fv_robot_model::RobotModel>(fv_robot_model::RobotModel::fromXml(
-      requiredText(global, "robot_description"), requiredText(global, "robot_description_semantic"), resolver));
+  params.model = std::make_shared<fv_robot_model::RobotModel>(
+      fv_robot_model::RobotModel::fromXml(requiredText(global, "robot_description"),
+                                          requiredText(global, "robot_description_semantic"), resolver));
   params.rates = readRates(global);
   params.controllers = readControllers(global);
   XmlRpcValue own;

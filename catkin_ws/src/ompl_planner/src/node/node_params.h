@@ -19,12 +19,12 @@ struct NodeConfig {
   double joint_state_timeout_s{1.0};  ///< Older joint states are refused [s of ROS time].
   double map_wait_s{2.0};             ///< A plan waits this long for min_map_sequence [s].
   double controller_wait_s{3.0};      ///< Execution waits this long for controllers [s].
-  double settle_s{2.0};               ///< Controllers may answer this much after the motion's end [s of ROS time].
+  double settle_s{2.0};  ///< Controllers may answer this much after the motion's end [s of ROS time].
 };
 
 /// One entry of /controller_list.
 struct Controller {
-  std::string action;               ///< Name of its FollowJointTrajectory action.
+  std::string action;  ///< Name of its FollowJointTrajectory action.
   std::vector<std::string> joints;
 };
 

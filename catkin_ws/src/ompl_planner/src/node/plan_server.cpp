@@ -9,7 +9,8 @@ namespace ompl_planner {
 namespace {
 
 /// The joints whose present values a plan rests on: all that the start does not give.
-std::vector<std::string> neededJoints(const fv_robot_model::RobotModel& model, const sensor_msgs::JointState& start) {
+std::vector<std::string> neededJoints(const fv_robot_model::RobotModel& model,
+                                      const sensor_msgs::JointState& start) {
   std::vector<std::string> needed;
   for (const std::string& joint : model.jointNames()) {
     if (std::find(start.name.begin(), start.name.end(), joint) == start.name.end()) needed.push_back(joint);
@@ -25,15 +26,29 @@ bool failWith(PlanResult& failure, PlanStatus status, const std::string& message
 
 }  // namespace
 
-PlanServer::PlanServer(ros::NodeHandle& nh, const MotionPlanner& planner, const RobotState& state, MapKeeper& maps,
-                       const NodeConfig& config)
+PlanServer::PlanServer(ros::NodeHandle& nh, const MotionPlanner& planner, const RobotState& state,
+                       MapKeeper& maps, const NodeConfig& config)
     : planner_(planner),
       state_(state),
       maps_(maps),
       config_(config),
-      server_(nh, "/ompl_planner/plan", [this](const auto& goal) { onGoal(goal); }, /*auto_start=*/false) {
+      server_(
+          nh, "/ompl_planner/plan", [this](const auto& goal) { onGoal(goal); }, /*auto_start=*/false) {
   server_.registerPreemptCallback([this] { cancel_ = true; });
+  maps_.onPlaced([this](const PlacedMap& map) { warm(map); });
   server_.start();
+}
+
+void PlanServer::warm(const PlacedMap& map) {
+  std::optional<PlanRequest> request;
+  {
+    const std::lock_guard<std::mutex> lock(last_mutex_);
+    request = last_;
+  }
+  if (!request || request->unknown_space == UnknownSpace::FreeNearStart) return;
+  request->map = map.map;
+  request->T_map_root = map.T_map_root;
+  planner_.warm(*request);
 }
 
 PlanServer::~PlanServer() {
@@ -64,6 +79,10 @@ PlanResult PlanServer::plan(const fv_msgs::PlanMotionGoal& goal) {
   try {
     PlanRequest request = requestFromMsg(goal);
     if (!fillRequest(goal, request, failure)) return failure;
+    if (planner_.knowsGroup(request.group)) {
+      const std::lock_guard<std::mutex> lock(last_mutex_);
+      last_ = request;
+    }
     return planner_.solve(request, &cancel_, [this](const std::string& stage) {
       fv_msgs::PlanMotionFeedback feedback;
       feedback.stage = stage;
@@ -79,13 +98,14 @@ PlanResult PlanServer::plan(const fv_msgs::PlanMotionGoal& goal) {
 
 bool PlanServer::fillRequest(const fv_msgs::PlanMotionGoal& goal, PlanRequest& request, PlanResult& failure) {
   std::string why;
-  const auto map = maps_.atLeast(goal.min_map_sequence, config_.map_wait_s, [this] { return cancel_.load(); }, why);
+  const auto map = maps_.atLeast(
+      goal.min_map_sequence, config_.map_wait_s, [this] { return cancel_.load(); }, why);
   if (!map) return failWith(failure, PlanStatus::NoMap, why);
   failure.map_sequence = map->map.sequence;
   if (map->map.sequence < goal.min_map_sequence) {
     return failWith(failure, cancel_ ? PlanStatus::Cancelled : PlanStatus::MapTooOld,
-                    "the latest map has sequence " + std::to_string(map->map.sequence) + ", asked for at least " +
-                        std::to_string(goal.min_map_sequence));
+                    "the latest map has sequence " + std::to_string(map->map.sequence) +
+                        ", asked for at least " + std::to_string(goal.min_map_sequence));
   }
   request.map = map->map;
   request.T_map_root = map->T_map_root;

@@ -5,6 +5,8 @@
 #include <fv_msgs/PlanMotionAction.h>
 
 #include <atomic>
+#include <mutex>
+#include <optional>
 
 #include "map_keeper.h"
 #include "node_params.h"
@@ -25,11 +27,16 @@ class PlanServer {
   PlanResult plan(const fv_msgs::PlanMotionGoal& goal);
   bool fillRequest(const fv_msgs::PlanMotionGoal& goal, PlanRequest& request, PlanResult& failure);
 
+  /// Prepares the next plan of the last request's kind on a new map.
+  void warm(const PlacedMap& map);
+
   const MotionPlanner& planner_;
   const RobotState& state_;
   MapKeeper& maps_;
   NodeConfig config_;
   std::atomic<bool> cancel_{false};
+  std::mutex last_mutex_;
+  std::optional<PlanRequest> last_;  ///< The last request that came as far as planning.
   actionlib::SimpleActionServer<fv_msgs::PlanMotionAction> server_;
 };
 

@@ -12,11 +12,11 @@ int runNode() {
   ros::NodeHandle nh;
   const auto params = ompl_planner::readNodeParams(nh, ros::NodeHandle("~"));
   const ompl_planner::MotionPlanner planner(params.model, params.rates, params.planner);
-  ros::AsyncSpinner spinner(3);
   ompl_planner::RobotState state(nh, params.model, params.node.joint_state_timeout_s);
   ompl_planner::MapKeeper maps(nh, planner, state);
   ompl_planner::PlanServer plan_server(nh, planner, state, maps, params.node);
   ompl_planner::ExecuteServer execute_server(nh, planner, state, maps, params);
+  ros::AsyncSpinner spinner(3);  // last: its threads end before what they call
   spinner.start();
   ROS_INFO("ompl_planner is ready for robot '%s'", params.model->name().c_str());
   ros::waitForShutdown();

@@ -37,7 +37,8 @@ void RobotState::onJointState(const sensor_msgs::JointStateConstPtr& msg) {
   }
 }
 
-std::optional<Eigen::VectorXd> RobotState::joints(const std::vector<std::string>& needed, std::string& why) const {
+std::optional<Eigen::VectorXd> RobotState::joints(const std::vector<std::string>& needed,
+                                                  std::string& why) const {
   const ros::Time now = ros::Time::now();
   const std::lock_guard<std::mutex> lock(mutex_);
   for (const std::string& joint : needed) {
@@ -61,8 +62,8 @@ Eigen::Isometry3d RobotState::transform(const std::string& target, const std::st
   try {
     return isometryFromMsg(buffer_.lookupTransform(target, source, ros::Time(0)).transform);
   } catch (const tf2::TransformException& error) {
-    throw std::invalid_argument("no transform from '" + source + "' to '" + target + "'; known frames: " +
-                                buffer_.allFramesAsString());
+    throw std::invalid_argument("no transform from '" + source + "' to '" + target +
+                                "'; known frames: " + buffer_.allFramesAsString());
   }
 }
 

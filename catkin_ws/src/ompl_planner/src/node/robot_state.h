@@ -21,8 +21,9 @@ class RobotState {
  public:
   RobotState(ros::NodeHandle& nh, std::shared_ptr<const fv_robot_model::RobotModel> model, double timeout_s);
 
-  /// All joints, as the model orders them. Empty, with the reason in `why`, when a joint of `needed` has not come yet or is
-  /// older than the timeout (ROS time). Joints that never come and are not needed stand at 0, within their limits.
+  /// All joints, as the model orders them. Empty, with the reason in `why`, when a joint of `needed` has not
+  /// come yet or is older than the timeout (ROS time). Joints that never come and are not needed stand at 0,
+  /// within their limits.
   std::optional<Eigen::VectorXd> joints(const std::vector<std::string>& needed, std::string& why) const;
 
   /// T_target_source, the latest known. @throws std::invalid_argument listing the known frames.

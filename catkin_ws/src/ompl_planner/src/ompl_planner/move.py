@@ -41,15 +41,25 @@ def parser() -> argparse.ArgumentParser:
     goal.add_argument("--named", metavar="NAME", help="named pose of the group (SRDF group_state)")
     goal.add_argument("--joints", nargs="+", type=parse_joint, metavar="JOINT=RAD", help="joint values [rad]")
     goal.add_argument(
-        "--pose", nargs=7, type=float, metavar=("X", "Y", "Z", "QX", "QY", "QZ", "QW"), help="pose of the tip [m]"
+        "--pose",
+        nargs=7,
+        type=float,
+        metavar=("X", "Y", "Z", "QX", "QY", "QZ", "QW"),
+        help="pose of the tip [m]",
     )
     result.add_argument("--group", default="", help="SRDF group; default: the robot's exploring group")
     result.add_argument("--frame", default="", help="frame of --pose; default: the map frame")
-    result.add_argument("--free-roll", action="store_true", help="any rotation about the tip's z axis will do")
+    result.add_argument(
+        "--free-roll", action="store_true", help="any rotation about the tip's z axis will do"
+    )
     result.add_argument("--planner", default="", help="planner; default: the configured one")
-    result.add_argument("--budget", type=float, default=0.0, help="computing time [s]; default: the configured one")
+    result.add_argument(
+        "--budget", type=float, default=0.0, help="computing time [s]; default: the configured one"
+    )
     result.add_argument("--seed", type=int, default=1, help="seed of the search (default: %(default)s)")
-    result.add_argument("--unknown", choices=sorted(UNKNOWN_SPACE), default="obstacle", help="how unknown space counts")
+    result.add_argument(
+        "--unknown", choices=sorted(UNKNOWN_SPACE), default="obstacle", help="how unknown space counts"
+    )
     result.add_argument("--plan-only", action="store_true", help="do not execute")
     return result
 

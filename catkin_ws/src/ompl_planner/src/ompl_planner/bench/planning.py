@@ -6,8 +6,8 @@ import time
 from dataclasses import dataclass
 
 import numpy as np
-from hubo_description import load_robot
 
+from hubo_description import load_robot
 from ompl_planner import _core
 from ompl_planner.bench.scenes import SCENES
 
@@ -66,7 +66,8 @@ def make_bench(robot_name: str, scene_name: str) -> Bench:
     }
     model = {"urdf": robot.urdf_xml, "srdf": robot.srdf_xml, "rates": rates}
     fast = _core.MotionPlanner(**model)
-    plain = _core.MotionPlanner(**model, config={"world_check": "fcl_octree"})
+    # one checker for all: FCL at the judge's step, so nothing has to be checked again
+    plain = _core.MotionPlanner(**model, config={"world_check": "fcl_octree", "search_step_rad": 0.0087})
     T_map_root = np.eye(4)
     T_map_root[2, 3] = robot.documents["robot"]["base_height_m"]
     scene = SCENES[scene_name]()
@@ -107,13 +108,14 @@ def random_views(rng: np.random.Generator, count: int) -> tuple[list[np.ndarray]
 
 
 def solve_plain(bench: Bench, poses: list[np.ndarray], scores: list[float]) -> tuple[bool, float]:
-    """Candidate views one at a time, best first; whether one was reached, and the seconds."""
+    """Candidate views one at a time, best first; whether one was reached, and the seconds without the judge's."""
     begin = time.perf_counter()
     for index in np.argsort(scores)[::-1]:
         bench.request.set_goal_poses([poses[index]])
         bench.request.goal_scores = []
-        if bench.plain.solve(bench.request)["status"] == 0:
-            return True, time.perf_counter() - begin
+        plan = bench.plain.solve(bench.request)
+        if plan["status"] == 0:
+            return True, time.perf_counter() - begin - dict(plan["stages"]).get("judge", 0.0)
     return False, time.perf_counter() - begin
 
 
@@ -187,10 +189,37 @@ def query_rows(bench: Bench, queries: int, seed: int) -> tuple[list[dict], list[
             met=bool(fast <= 30.0),
             **common,
         ),
-        row(f"{bench.name}: speed-up at the median", float(plain / fast), "x", target=5.0, met=bool(plain >= 5.0 * fast)),
-        row(f"{bench.name}: plan, 95th percentile", float(p95), "ms", target=300.0, met=bool(p95 <= 300.0), **common),
-        row(f"{bench.name}: solved where a path exists", share, "%", target=99.0, met=share >= 99.0, runs=out.exists),
-        row(f"{bench.name}: plans that the judge refuses", out.refused, "plans", target=0, met=out.refused == 0, **common),
+        row(
+            f"{bench.name}: speed-up at the median",
+            float(plain / fast),
+            "x",
+            target=5.0,
+            met=bool(plain >= 5.0 * fast),
+        ),
+        row(
+            f"{bench.name}: plan, 95th percentile",
+            float(p95),
+            "ms",
+            target=300.0,
+            met=bool(p95 <= 300.0),
+            **common,
+        ),
+        row(
+            f"{bench.name}: solved where a path exists",
+            share,
+            "%",
+            target=99.0,
+            met=share >= 99.0,
+            runs=out.exists,
+        ),
+        row(
+            f"{bench.name}: plans that the judge refuses",
+            out.refused,
+            "plans",
+            target=0,
+            met=out.refused == 0,
+            **common,
+        ),
     ]
     return rows, out.plans
 
@@ -202,8 +231,8 @@ def checker_rows(bench: Bench, states: int) -> list[dict]:
         name: np.array(bench.fast.check_states(bench.request, q, checker=name, with_self=False))
         for name in ("distance_field", "judge")
     }
-    accepted_wrongly = int((answers["distance_field"] & ~answers["judge"]).sum())
-    refused_wrongly = 100.0 * float((~answers["distance_field"] & answers["judge"]).mean())
+    accepted = int((answers["distance_field"] & ~answers["judge"]).sum())
+    refused = 100.0 * float((~answers["distance_field"] & answers["judge"]).mean())
     free = q[answers["judge"]]
     seconds = {}
     for name, count in (("distance_field", len(free)), ("fcl_octree", min(len(free), 2000))):
@@ -226,8 +255,15 @@ def checker_rows(bench: Bench, states: int) -> list[dict]:
             target=slow / 10.0,
             met=slow >= 10.0 * fast,
         ),
-        row(f"{bench.name}: accepted, judge refuses", accepted_wrongly, "states", runs=states, target=0, met=accepted_wrongly == 0),
-        row(f"{bench.name}: refused, judge accepts", refused_wrongly, "%", runs=states),
+        row(
+            f"{bench.name}: accepted, judge refuses",
+            accepted,
+            "states",
+            runs=states,
+            target=0,
+            met=accepted == 0,
+        ),
+        row(f"{bench.name}: refused, judge accepts", refused, "%", runs=states),
     ]
 
 
@@ -265,13 +301,26 @@ def timing_rows(bench: Bench, plans: list[dict]) -> list[dict]:
     for plan in [p for p in plans if p["path_length"] > 0.5][:40]:
         velocity, acceleration = np.array([bench.rates[joint] for joint in plan["joint_names"]]).T
         path = {"waypoints": plan["waypoints"], "radii": [0.2] * len(plan["waypoints"])}
-        ours = _core.time_optimal_trajectory(**path, velocity=velocity, acceleration=acceleration)["times"][-1]
+        ours = _core.time_optimal_trajectory(**path, velocity=velocity, acceleration=acceleration)["times"][
+            -1
+        ]
         ratios.append(ours / toppra_duration(**path, velocity=velocity, acceleration=acceleration))
-    rows = [row(f"{bench.name}: largest share of a limit", excess, "", target=1.0, met=excess <= 1.0, runs=len(plans))]
+    rows = [
+        row(
+            f"{bench.name}: largest share of a limit",
+            excess,
+            "",
+            target=1.0,
+            met=excess <= 1.0,
+            runs=len(plans),
+        )
+    ]
     if ratios:
         worst = float(np.percentile(ratios, 95))
         case = f"{bench.name}: duration by toppra's, 95th percentile"
-        rows.append(row(case, worst, "x", target=1.05, met=worst <= 1.05, spread=spread(ratios), runs=len(ratios)))
+        rows.append(
+            row(case, worst, "x", target=1.05, met=worst <= 1.05, spread=spread(ratios), runs=len(ratios))
+        )
     return rows
 
 

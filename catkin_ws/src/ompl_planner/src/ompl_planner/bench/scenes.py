@@ -18,7 +18,10 @@ class Scene:
 
     def arrays(self) -> dict[str, np.ndarray]:
         """Arguments of ``_core.octree_payload``."""
-        rows = {name: np.reshape(getattr(self, name), (-1, 6)).astype(float) for name in ("free", "occupied", "unknown")}
+        rows = {
+            name: np.reshape(getattr(self, name), (-1, 6)).astype(float)
+            for name in ("free", "occupied", "unknown")
+        }
         return {"resolution_m": self.resolution_m, **rows}
 
 

@@ -1,0 +1,43 @@
+"""The search's checker, the judge and FCL's own octree on HUBO in a half-known shelf."""
+
+import numpy as np
+import pytest
+from ompl_planner.bench.planning import make_bench, map_row, random_views
+
+
+@pytest.fixture(scope="module", params=["shelf", "office"])
+def bench(request):
+    return make_bench("hubo", request.param)
+
+
+def answers(bench, states, checker):
+    return np.array(bench.fast.check_states(bench.request, states, checker=checker, with_self=False))
+
+
+def test_the_fast_check_never_accepts_what_the_judge_refuses(bench):
+    states = bench.random_states(50_000, np.random.default_rng(3))  # in each of two scenes
+    fast, judge = answers(bench, states, "distance_field"), answers(bench, states, "judge")
+    assert 0.02 < 1.0 - judge.mean() < 0.98  # both answers occur
+    assert not (fast & ~judge).any()
+    assert (~fast & judge).mean() < 0.001
+
+
+def test_the_judge_agrees_with_fcl_on_an_octree_where_unknown_is_occupied(bench):
+    states = bench.random_states(3000, np.random.default_rng(4))
+    differ = answers(bench, states, "judge") != answers(bench, states, "fcl_octree")
+    assert differ.mean() < 0.001  # FCL's solvers differ where shapes touch
+
+
+def test_equal_requests_give_equal_plans(bench):
+    poses, scores = random_views(np.random.default_rng(8), 10)
+    bench.request.set_goal_poses(poses)
+    bench.request.goal_scores = scores
+    first, second = (bench.fast.solve(bench.request) for _ in range(2))
+    assert first["status"] == 0, first["message"]
+    np.testing.assert_array_equal(first["trajectory"]["positions"], second["trajectory"]["positions"])
+    assert bench.fast.judge(bench.request, first["trajectory"]) == ""
+    assert first["clearance_m"] > 0.005
+
+
+def test_a_map_becomes_a_collision_world(bench):
+    assert map_row(bench, 2)["ours"] > 0.0
