@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hubo_sim.errors import SimError
-from hubo_sim.ground_truth import ObservableSet, TrueWorld, grid_centres, score_map
+from hubo_sim.ground_truth import ObservableSet, TrueWorld, grid_centres, octree_bytes, score_map
 from hubo_sim.ground_truth.solids import BoxSolid, CylinderSolid, MeshSolid, SphereSolid
 from hubo_sim.ground_truth.triangles import (
     box_triangles,
@@ -174,3 +174,47 @@ def test_empty_map_scores_zero_and_nan_is_refused():
     assert (score["free"], score["occupied"], score["free_in_solid_share"]) == (0, 0, 0.0)
     with pytest.raises(SimError, match="points_free"):
         score_map(truth, np.full((1, 3), np.nan), np.zeros((0, 3)), 0.05)
+
+
+def read_octree(data):
+    """Leaves of a .bt file as {key: occupied}, read node by node; and the size that its header states."""
+    head, _, body = data.partition(b"data\n")
+    position, leaves, nodes = 0, {}, 0
+
+    def read(key, level):
+        nonlocal position, nodes
+        nodes += 1
+        code = int.from_bytes(body[position : position + 2], "little")
+        position += 2
+        inner = []
+        for child in range(8):
+            child_key = tuple(2 * k + ((child >> axis) & 1) for axis, k in enumerate(key))
+            kind = (code >> (2 * child)) & 3
+            if kind == 3:
+                inner.append(child_key)
+            elif kind:
+                assert level == 15
+                leaves[child_key] = kind == 2
+                nodes += 1
+        for child_key in inner:
+            read(child_key, level + 1)
+
+    read((0, 0, 0), 0)
+    assert position == len(body)
+    assert int(head.split(b"size ")[1].split()[0]) == nodes
+    return leaves
+
+
+def test_octree_holds_each_voxel_once_and_occupied_wins():
+    rng = np.random.default_rng(4)
+    keys = np.unique(rng.integers(-20, 20, (300, 3)), axis=0)
+    centres = (keys + 0.5) * 0.05
+    occupied, free = centres[:150], centres[100:]
+    leaves = read_octree(octree_bytes(occupied, free, 0.05))
+    wanted = {tuple(k + 32768): i < 150 for i, k in enumerate(keys)}
+    assert leaves == wanted
+
+
+def test_octree_refuses_what_does_not_fit():
+    with pytest.raises(ValueError, match="16 levels"):
+        octree_bytes(np.array([[1e6, 0.0, 0.0]]), np.zeros((0, 3)), 0.05)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
+from pathlib import Path
 
 import numpy as np
 
 from hubo_sim.errors import SimError
-from hubo_sim.ground_truth import ObservableRequest, TrueWorld, observable_set
+from hubo_sim.ground_truth import ObservableRequest, TrueWorld, observable_set, octree_bytes
 from hubo_sim.paths import cache_folder
 from hubo_sim.robot_source import load_robot_spec
 from hubo_sim.worlds import load_world
@@ -27,6 +28,7 @@ def parse_args(argv: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--no-observable", action="store_true", help="only the world's own voxels")
     parser.add_argument("--out", help="also write all voxel centres to this .npz file")
+    parser.add_argument("--bt", help="also write surface and solid voxels as occupied to this OctoMap file")
     args = parser.parse_args(argv)
     if not args.resolution > 0.0:
         raise SimError(f"--resolution must be above 0, got {args.resolution}")
@@ -54,6 +56,10 @@ def report(args: argparse.Namespace) -> None:
     if args.out:
         np.savez_compressed(args.out, resolution_m=args.resolution, **voxels)
         print(f"written to {args.out}")
+    if args.bt:
+        occupied = np.concatenate([voxels["surface"], voxels["solid"]])
+        Path(args.bt).write_bytes(octree_bytes(occupied, np.zeros((0, 3)), args.resolution))
+        print(f"written to {args.bt}")
 
 
 def _show_progress(samples: int, voxels: int) -> None:

@@ -6,6 +6,7 @@ from hubo_sim.ground_truth.observable import (
     compute_observable,
     observable_set,
 )
+from hubo_sim.ground_truth.octree import octree_bytes
 from hubo_sim.ground_truth.score import score_map
 from hubo_sim.ground_truth.true_world import TrueWorld, grid_centres
 
@@ -16,5 +17,6 @@ __all__ = [
     "compute_observable",
     "grid_centres",
     "observable_set",
+    "octree_bytes",
     "score_map",
 ]

@@ -1,0 +1,221 @@
+"""Robot, controllers and contacts in physics, without ROS."""
+
+import numpy as np
+import pytest
+
+from hubo_sim.config import SimConfig
+from hubo_sim.errors import SimError
+from hubo_sim.robot_source import load_robot_spec
+from hubo_sim.robot_spec import RobotSpec, root_link, urdf_for_bullet
+from hubo_sim.scene import Scene
+from hubo_sim.sim_robot import SimRobot
+from hubo_sim.simulator import Simulator
+from hubo_sim.trajectory_goal import Code, TrajectoryGoal
+from hubo_sim.transforms import from_rpy
+from hubo_sim.worlds import load_world, parse_object
+
+ARM = "huboplus/right_hand_controller"
+INERTIAL = (
+    '<inertial><origin xyz="0.1 -0.2 0.3" rpy="0.4 0.5 0.6"/><mass value="3"/>'
+    '<inertia ixx="0.02" iyy="0.03" izz="0.04" ixy="0" ixz="0" iyz="0"/></inertial>'
+)
+OFFSET = f"""<robot name="r"><link name="root">{INERTIAL}</link><link name="arm">{INERTIAL}</link>
+  <joint name="j" type="revolute"><parent link="root"/><child link="arm"/><origin xyz="0 0 1"/>
+  <axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="80" velocity="2"/></joint></robot>"""
+
+
+@pytest.fixture
+def hubo():
+    sim = Simulator(load_robot_spec("hubo"), load_world("empty"), SimConfig(renderer="tiny"))
+    yield sim
+    sim.close()
+
+
+def goal_to(controller, target, seconds):
+    zero = [[0.0] * len(target)]
+    return TrajectoryGoal(controller.names, [seconds], [list(target)], zero, zero)
+
+
+def steps(sim, seconds):
+    for _ in range(round(240 * seconds)):
+        sim.step()
+
+
+def test_links_are_where_the_urdf_says_whatever_the_inertial_frames():
+    T = from_rpy([1.0, 2.0, 3.0], [0.1, 0.2, 0.3])
+    with Scene(egl=False) as scene:
+        robot = SimRobot(scene, RobotSpec(OFFSET), T)
+        assert robot.link_pose("root") == pytest.approx(T, abs=1e-6)
+        assert robot.link_pose("arm") == pytest.approx(T @ from_rpy([0, 0, 1], [0, 0, 0]), abs=1e-6)
+        robot.set_positions({"j": 0.5})
+        assert robot.link_pose("arm") == pytest.approx(T @ from_rpy([0, 0, 1], [0, 0.5, 0]), abs=1e-6)
+        robot.move_base(np.eye(4))
+        assert robot.link_pose("root") == pytest.approx(np.eye(4), abs=1e-6)
+
+
+def test_hubo_stands_still_in_its_start_pose(hubo):
+    start = hubo.robot.state()[0]
+    steps(hubo, 1.0)
+    assert np.abs(hubo.robot.state()[0] - start).max() < 1e-3
+    assert hubo.at_rest
+    assert hubo.contacts.total == 0
+
+
+def test_effort_arm_follows_closely_and_does_not_overshoot(hubo):
+    """Half of the maximum speed: RMS below 0.01 rad, no more than 0.02 rad beyond the goal (issue 5)."""
+    arm, rows = hubo.controllers[ARM], hubo.robot.joint_rows(hubo.controllers[ARM].names)
+    steps(hubo, 0.1)
+    start, target = hubo.robot.state()[0][rows], np.array([0.2, -0.7, 0.4, -1.0, 0.6, -0.4])
+    speed = np.array([joint.max_velocity for joint in arm.joints]) / 2.0
+    seconds = float(np.max(1.875 * np.abs(target - start) / speed))
+    arm.start(goal_to(arm, target, seconds), hubo.now_s, "goal")
+    errors, beyond = [], []
+    for _ in range(round(240 * (seconds + 0.5))):
+        hubo.step()
+        position = hubo.robot.state()[0][rows]
+        errors.append(arm.sample(hubo.now_s).position - position)
+        beyond.append((position - target) * np.sign(target - start))
+    assert [o.code for o in arm.ended()] == [Code.SUCCESSFUL]
+    assert np.sqrt(np.mean(np.square(errors), axis=0)).max() < 0.01
+    assert np.max(beyond) < 0.02
+
+
+def test_efforts_stay_within_the_joints_limits(hubo):
+    arm, rows = hubo.controllers[ARM], hubo.robot.joint_rows(hubo.controllers[ARM].names)
+    arm.start(goal_to(arm, [0.5, -1.0, 0.5, -0.5, 0.5, 0.0], 0.2), hubo.now_s, "too fast")
+    limits = np.array([joint.max_effort for joint in arm.joints])
+    for _ in range(240):
+        hubo.step()
+        assert np.all(np.abs(hubo.robot.state()[2][rows]) <= limits + 1e-9)
+
+
+def test_moving_one_joint_leaves_the_others_where_they_are(hubo):
+    head = hubo.controllers["huboplus/head_controller"]
+    others = np.setdiff1d(np.arange(len(hubo.robot.joints)), hubo.robot.joint_rows(head.names))
+    before = hubo.robot.state()[0][others]
+    head.start(goal_to(head, [0.5] + [0.0] * (len(head.names) - 1), 1.0), hubo.now_s, "look")
+    steps(hubo, 1.5)
+    assert np.abs(hubo.robot.state()[0][others] - before).max() < 2e-3
+
+
+def test_same_calls_give_the_same_states():
+    finals = []
+    for _ in range(2):
+        sim = Simulator(load_robot_spec("hubo"), load_world("shelf"), SimConfig(renderer="tiny", seed=3))
+        arm = sim.controllers[ARM]
+        arm.start(goal_to(arm, [0.0, -0.5, 0.2, -1.2, 0.3, 0.2], 0.8), 0.0, "goal")
+        steps(sim, 1.0)
+        scan = sim.cameras["hand_camera"].scan(sim.scene, 0)
+        finals.append((sim.robot.state(), scan.depth, sim.clock_ns))
+        sim.close()
+    for a, b in zip(finals[0][0], finals[1][0], strict=True):
+        assert np.array_equal(a, b)
+    assert np.array_equal(finals[0][1], finals[1][1], equal_nan=True)
+    assert finals[0][2] == finals[1][2] == 10**9
+
+
+def test_touching_an_object_is_counted_and_named(hubo):
+    pose = hubo.robot.link_pose("hand_camera_link")
+    hubo.scene.add_object(
+        parse_object({"name": "thing", "sphere": {"radius_m": 0.05}, "position_m": pose[:3, 3].tolist()}, "x")
+    )
+    steps(hubo, 0.05)
+    assert hubo.contacts.total == 12
+    assert any(pair.endswith("|thing") for pair in hubo.contacts.pairs)
+    assert max(hubo.contacts.depths) > 0.0
+    hubo.scene.remove_object("thing")
+    hubo.reset()
+    steps(hubo, 0.05)
+    assert (hubo.contacts.total, hubo.contacts.pairs) == (0, [])
+
+
+def test_reset_puts_the_robot_back_and_never_the_clock(hubo):
+    arm, start = hubo.controllers[ARM], hubo.robot.state()[0]
+    arm.start(goal_to(arm, [0.0] * 6, 1.0), hubo.now_s, "goal")
+    steps(hubo, 0.5)
+    before = hubo.clock_ns
+    hubo.reset()
+    assert hubo.clock_ns == before
+    assert [o.status for o in arm.ended()] == ["aborted"]
+    assert hubo.robot.state()[0] == pytest.approx(start, abs=1e-6)
+    steps(hubo, 0.5)
+    assert hubo.robot.state()[0] == pytest.approx(start, abs=1e-3)
+
+
+def test_clock_counts_physics_steps_without_drift_and_never_runs_back(hubo):
+    steps(hubo, 2.0)
+    assert hubo.clock_ns == 2 * 10**9
+    hubo.sleep_until(10**9)
+    assert hubo.clock_ns == 2 * 10**9
+
+
+@pytest.mark.parametrize("name", ["franka_panda", "free_camera", "kuka_iiwa"])
+def test_other_robots_hold_their_start_pose_and_see(name):
+    sim = Simulator(load_robot_spec(name), load_world("office"), SimConfig(renderer="tiny"))
+    steps(sim, 0.5)
+    assert sim.at_rest and sim.contacts.total == 0
+    camera = next(iter(sim.cameras.values()))
+    assert np.isfinite(camera.scan(sim.scene, 0).depth).mean() > 0.5
+    sim.close()
+
+
+def test_camera_range_is_along_its_axis_and_limits_give_nan(hubo):
+    camera = hubo.cameras["hand_camera"]
+    depth = camera.scan(hubo.scene, 0).depth
+    finite = depth[np.isfinite(depth)]
+    assert finite.size and finite.min() >= 0.3 and finite.max() <= 3.0
+    points = camera.points(depth)
+    assert np.array_equal(points[..., 2], depth, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("urdf", "word"),
+    [
+        ("<robot", "URDF"),
+        ("<robot name='r'/>", "root"),
+        ("<robot name='r'><link name='a'/><link name='b'/></robot>", "root"),
+        (
+            "<robot name='r'><link name='a'><visual><geometry><mesh filename='package://no_such_pkg/a.stl'/>"
+            "</geometry></visual></link></robot>",
+            "no_such_pkg",
+        ),
+        (
+            "<robot name='r'><link name='a'><visual><geometry><mesh filename='/no/such.stl'/>"
+            "</geometry></visual></link></robot>",
+            "such.stl",
+        ),
+    ],
+)
+def test_broken_urdf_is_one_clear_line(urdf, word):
+    with pytest.raises(SimError, match=word) as err:
+        urdf_for_bullet(urdf)
+    assert "\n" not in str(err.value)
+
+
+def test_root_link_is_found():
+    assert root_link(OFFSET) == "root"
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"joints": ["NOPE"]}, "NOPE"),
+        ({"gains": {}}, "gains"),
+        ({"gains": {"j": {"p": -1.0}}}, "p must"),
+        ({"gains": {"j": {"q": 1.0}}}, "q"),
+        ({"type": "velocity_controllers/JointTrajectoryController", "state_publish_rate": 0.0}, None),
+        ({"constraints": {"goal_tiem": 1}}, "goal_tiem"),
+    ],
+)
+def test_bad_controllers_are_named(change, word):
+    content = {
+        "type": "effort_controllers/JointTrajectoryController",
+        "joints": ["j"],
+        "gains": {"j": {"p": 100.0}},
+    }
+    spec = RobotSpec(OFFSET, controllers={"c": content | change})
+    if word is None:  # a type that is not ours is somebody else's controller
+        Simulator(spec, load_world("empty"), SimConfig(renderer="tiny")).close()
+        return
+    with pytest.raises(SimError, match=word):
+        Simulator(spec, load_world("empty"), SimConfig(renderer="tiny"))
