@@ -157,7 +157,7 @@ def test_threads_do_not_change_anything():
         for _ in range(4):
             insert_random(grid, rng, 200)
         evaluator = Evaluator(grid, EvaluationConfig(threads=threads))
-        results.append((evaluator.update(), evaluator.utility(2.0, threads)))
+        results.append((evaluator.update(), evaluator.utility(2.0, threads=threads)))
     assert_same(results[0][0], results[1][0])
     assert np.array_equal(results[0][1].utility, results[1][1].utility)
     assert np.array_equal(results[0][1].direction, results[1][1].direction)
@@ -449,6 +449,19 @@ def test_utility_is_algorithm_1(s_r):
         away = directions[voxel]
         if np.linalg.norm(away) > 1e-3 * value:
             assert np.allclose(utility.direction[i], -away / np.linalg.norm(away), atol=1e-3)
+
+
+def test_a_ray_budget_is_a_sample_of_algorithm_1():
+    rng = np.random.default_rng(8)
+    grid = new_map()
+    for _ in range(3):
+        insert_random(grid, rng, 100)
+    evaluator = Evaluator(grid, EvaluationConfig())
+    evaluator.update()
+    whole, some = evaluator.utility(1.5), evaluator.utility(1.5, max_rays=20_000)
+    assert whole.rays > 40_000
+    assert 0.5 * 20_000 < some.rays <= 21_000
+    assert some.utility.sum() == pytest.approx(whole.utility.sum(), rel=0.1)
 
 
 def test_best_views_keep_their_distance():

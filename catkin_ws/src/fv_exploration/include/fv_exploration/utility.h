@@ -21,7 +21,9 @@ struct Utility {
 ///
 /// Sums are kept in fixed point (2^-34 of the largest volume), so that they do not depend on the threads.
 /// @throws InputError unless max_range_m > 0 and finite.
-Utility accumulateUtility(const Evaluator& evaluator, double max_range_m, int threads);
+/// @param max_rays 0: all rays, exactly Algorithm 1, whose number grows with frontier times ellipsoids. Otherwise about so
+///        many: every k-th (source, ellipsoid) pair, counted k times.
+Utility accumulateUtility(const Evaluator& evaluator, double max_range_m, int64_t max_rays, int threads);
 
 /// Non-maximum suppression: indices of at most `count` voxels of highest utility, best first (ties: lower
 /// index), no two of them nearer than `suppression_radius_m`.

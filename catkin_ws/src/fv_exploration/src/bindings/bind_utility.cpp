@@ -13,9 +13,10 @@ struct PyUtility {
   double resolution_m;
 };
 
-PyUtility accumulate(const Evaluator& evaluator, double max_range_m, int threads) {
+PyUtility accumulate(const Evaluator& evaluator, double max_range_m, int64_t max_rays, int threads) {
   const py::gil_scoped_release released;
-  PyUtility out{accumulateUtility(evaluator, max_range_m, threads), {}, evaluator.map().resolution()};
+  PyUtility out{
+      accumulateUtility(evaluator, max_range_m, max_rays, threads), {}, evaluator.map().resolution()};
   out.points = centres(evaluator.map(), out.data.voxels);
   return out;
 }
@@ -87,7 +88,7 @@ void bindUtility(py::module_& m) {
       .def_property_readonly("rays", [](const PyUtility& u) { return u.data.rays; })
       .def_property_readonly("visits", [](const PyUtility& u) { return u.data.visits; });
   m.def("accumulate_utility", &accumulate, py::arg("evaluator"), py::arg("max_range_m"),
-        py::arg("threads") = 0,
+        py::arg("max_rays") = 0, py::arg("threads") = 0,
         "Algorithm 1 on the evaluator's last update. Returns Utility; InputError unless max_range_m is "
         "positive.");
   m.def("best_views", &best, py::arg("utility"), py::arg("count"), py::arg("suppression_radius_m"),
@@ -116,9 +117,11 @@ void bindUtility(py::module_& m) {
       "Write the utility as colours (.ot of a ColorOcTree) for octovis. MapFileError when it cannot be "
       "written.");
   // Evaluator.utility, beside the function, because that is where one looks for it.
-  m.attr("Evaluator").attr("utility") = py::cpp_function(
-      &accumulate, py::name("utility"), py::is_method(m.attr("Evaluator")), py::arg("max_range_m"),
-      py::arg("threads") = 0, "Algorithm 1 on the last update; rays of max_range_m [m]. Returns Utility.");
+  m.attr("Evaluator").attr("utility") =
+      py::cpp_function(&accumulate, py::name("utility"), py::is_method(m.attr("Evaluator")),
+                       py::arg("max_range_m"), py::arg("max_rays") = 0, py::arg("threads") = 0,
+                       "Algorithm 1 on the last update; rays of max_range_m [m], all of them or about "
+                       "max_rays. Returns Utility.");
 }
 
 }  // namespace fv

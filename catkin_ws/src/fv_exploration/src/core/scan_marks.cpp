@@ -49,7 +49,7 @@ bool takeBlock(const uint8_t* linear, const Voxel& block, const VoxelBox& keep, 
   bool any = false;
   for (int i = 0; i < kBlockVoxels; ++i) {
     const int l = kChildOrder.linear[i];
-    uint8_t mark = linear[l];
+    uint8_t mark = linear[l] & kHit ? uint8_t{kHit} : linear[l];  // a hit counts more than a miss
     if (mark && !inside && !keep.contains(low + Voxel(l & 7, l >> 3 & 7, l >> 6))) mark = kNoMark;
     out.marks[i] = mark;
     any |= mark != kNoMark;
@@ -59,16 +59,16 @@ bool takeBlock(const uint8_t* linear, const Voxel& block, const VoxelBox& keep, 
   return any;
 }
 
-/// A dense byte grid around all rays.
+/// A dense byte grid around all rays for each thread: sharing one costs more than it saves.
 class DenseMarks {
  public:
-  DenseMarks(const Voxel& min, const Voxel& max) {
+  DenseMarks(const Voxel& min, const Voxel& max, int threads) {
     for (int i = 0; i < 3; ++i) {
       origin_[i] = floorDiv(min[i], kBlock);
       blocks_[i] = floorDiv(max[i], kBlock) + 1 - origin_[i];
     }
     stride_ = {1, int64_t{blocks_.x()} * kBlock, int64_t{blocks_.x()} * blocks_.y() * kBlock * kBlock};
-    grid_.resize(bytes(min, max));
+    for (int i = 0; i < threads; ++i) grids_.emplace_back(bytes(min, max));
   }
   static std::size_t bytes(const Voxel& min, const Voxel& max) {
     std::size_t size = kBlockVoxels;
@@ -76,13 +76,13 @@ class DenseMarks {
     return size;
   }
 
-  void miss(const RayMaker::Ray& ray, RayBatch& batch) {
+  void miss(const RayMaker::Ray& ray, RayBatch& batch, int thread) {
     const int64_t step[3] = {ray.step[0] * stride_[0], ray.step[1] * stride_[1], ray.step[2] * stride_[2]};
     batch.add(ray, index(ray.at), index(ray.end), step);
-    if (batch.full()) batch.mark(grid_.data());
+    if (batch.full()) batch.mark(grids_[thread].data());
   }
-  void finish(RayBatch& batch) { batch.mark(grid_.data()); }
-  void hit(const Voxel& v) { grid_[index(v)] = kHit; }
+  void finish(RayBatch& batch, int thread) { batch.mark(grids_[thread].data()); }
+  void hit(const Voxel& v) { grids_[0][index(v)] |= kHit; }
 
   std::vector<MarkBlock> blocks(const VoxelBox& keep, int threads, MarkCounts& counts) const {
     const int layers = blocks_.z();
@@ -109,11 +109,15 @@ class DenseMarks {
     MarkBlock taken;
     for (int y = 0; y < blocks_.y(); ++y)
       for (int x = 0; x < blocks_.x(); ++x) {
-        const uint8_t* corner = &grid_[kBlock * (x + y * stride_[1] + z * stride_[2])];
+        const int64_t corner = kBlock * (x + y * stride_[1] + z * stride_[2]);
         uint64_t any = 0;
         for (int row = 0; row < 64; ++row) {
-          uint64_t word;
-          std::memcpy(&word, corner + (row & 7) * stride_[1] + (row >> 3) * stride_[2], 8);
+          const int64_t at = corner + (row & 7) * stride_[1] + (row >> 3) * stride_[2];
+          uint64_t word = 0, some;
+          for (const std::vector<uint8_t>& grid : grids_) {
+            std::memcpy(&some, &grid[at], 8);
+            word |= some;
+          }
           std::memcpy(linear + 8 * row, &word, 8);
           any |= word;
         }
@@ -123,7 +127,7 @@ class DenseMarks {
 
   Voxel origin_, blocks_;  // in blocks
   std::array<int64_t, 3> stride_;
-  std::vector<uint8_t> grid_;
+  std::vector<std::vector<uint8_t>> grids_;
 };
 
 /// Blocks by their coordinates, for scans whose dense grid would be too large.
@@ -203,12 +207,12 @@ void walkAll(const Ends& ends, const RayMaker& maker, int threads, const Work& m
 
 std::vector<MarkBlock> markDense(const Ends& ends, const RayMaker& maker, const Voxel& min, const Voxel& max,
                                  const VoxelBox& keep, int threads, MarkCounts& counts) {
-  DenseMarks marks(min, max);
+  DenseMarks marks(min, max, threads);
   std::vector<std::unique_ptr<RayBatch>> batches;
   for (int i = 0; i < threads; ++i) batches.push_back(std::make_unique<RayBatch>());
   walkAll(ends, maker, threads,
-          [&](const RayMaker::Ray& ray, int thread) { marks.miss(ray, *batches[thread]); });
-  for (const auto& batch : batches) marks.finish(*batch);
+          [&](const RayMaker::Ray& ray, int thread) { marks.miss(ray, *batches[thread], thread); });
+  for (int i = 0; i < threads; ++i) marks.finish(*batches[i], i);
   Voxel v;
   for (const octomap::point3d& hit : ends.rays.hits)
     if (maker.voxel(hit, v)) marks.hit(v);
@@ -238,8 +242,10 @@ std::vector<MarkBlock> markScan(const ScanRays& rays, double resolution_m, const
     // As OctoMap: a sensor beyond the keys clears nothing, but its hits count.
     return markSparse(ends, maker, keep, threads, counts);
   }
-  if (DenseMarks::bytes(min, max) <= dense_limit)
-    return markDense(ends, maker, min, max, keep, threads, counts);
+  const std::size_t grids = dense_limit / DenseMarks::bytes(min, max);
+  if (grids > 0)
+    return markDense(ends, maker, min, max, keep, std::min<int>(threads, std::min<std::size_t>(grids, 256)),
+                     counts);
   return markSparse(ends, maker, keep, threads, counts);
 }
 

@@ -7,15 +7,12 @@
 #include <unordered_map>
 
 #include "fv_exploration/parallel.h"
-#include "grid_lanes.h"
+#include "lane_kernels.h"
 #include "zeroed_array.h"
 
 namespace fv {
 
 namespace {
-
-/// Fixed-point utility, and utility times direction; added as one vector.
-typedef int64_t Sums __attribute__((vector_size(32)));
 
 /// A frontier cluster next to a void: all its sources get rays of this ellipsoid.
 struct Job {
@@ -29,47 +26,30 @@ struct Corners {
   double scaled_volume;
 };
 
-/// Eight rays at once: add `adds` to their voxels as long as these are free. @return voxels visited.
-FV_LANE_CLONES int64_t addLanes(const LaneRays& rays, const uint8_t* flags, const Sums adds[kLanes],
-                                Sums* out) {
-  LaneWalk walk;
-  walk.load(rays);
-  int64_t at[kLanes], live[kLanes], visits = 0;
-  do {
-    std::memcpy(at, &walk.at, sizeof(at));
-    std::memcpy(live, &walk.live, sizeof(live));
-    for (int lane = 0; lane < kLanes; ++lane) {
-      live[lane] &= -int64_t{(flags[at[lane]] & Evaluator::kClassMask) == kFree};
-      if (!live[lane]) continue;
-      out[at[lane]] += adds[lane];
-      ++visits;
-    }
-    std::memcpy(&walk.live, live, sizeof(live));
-    walk.advance();
-  } while (walk.anyLive());
-  return visits;
-}
-
 class Algorithm1 {
  public:
-  Algorithm1(const Evaluator& evaluator, double max_range_m, int threads)
+  Algorithm1(const Evaluator& evaluator, double max_range_m, int64_t max_rays, int threads)
       : evaluator_(evaluator), threads_(threads), range_(max_range_m / evaluator.map().resolution()) {
     collectSources();
     collectJobs();
+    // Within a budget only every so many pairs get rays, for as much more utility each.
+    if (max_rays > 0 && pairs_ > 0) every_ = std::max<int64_t>(1, (7 * pairs_ + max_rays - 1) / max_rays);
+    scale_ /= static_cast<double>(every_);
   }
 
   Utility run() {
     Utility out;
     if (pairs_ == 0) return out;
-    std::vector<ZeroedArray<Sums>> sums;
+    std::vector<ZeroedArray<UtilitySums>> sums;
     for (int i = 0; i < threads_; ++i) sums.emplace_back(evaluator_.frame().size());
     std::vector<int64_t> visits(threads_, 0), rays(threads_, 0);
     constexpr int kChunk = 256;
-    parallelChunks(static_cast<int>((pairs_ + kChunk - 1) / kChunk), threads_, 1,
+    const int64_t chunk_pairs = kChunk * every_;
+    parallelChunks(static_cast<int>((pairs_ + chunk_pairs - 1) / chunk_pairs), threads_, 1,
                    [&](int chunk, int, int thread) {
-                     const int64_t first = int64_t{chunk} * kChunk;
-                     castPairs(first, std::min(pairs_, first + kChunk), sums[thread].data(), visits[thread],
-                               rays[thread]);
+                     const int64_t first = chunk * chunk_pairs;
+                     castPairs(first, std::min(pairs_, first + chunk_pairs), sums[thread].data(),
+                               visits[thread], rays[thread]);
                    });
     out.visits = std::accumulate(visits.begin(), visits.end(), int64_t{0});
     out.rays = std::accumulate(rays.begin(), rays.end(), int64_t{0});
@@ -105,7 +85,9 @@ class Algorithm1 {
   }
 
   Corners cornersOf(const Ellipsoid& e) const {
-    Corners c{{}, e.volume * scale_};
+    Corners c{
+        {},
+        e.volume * scale_};  // before the budget changes the scale: a sample stands for all it is drawn from
     c.at[0] = e.center;
     for (int i = 0; i < 3; ++i) {
       c.at[1 + 2 * i] = e.center + e.semi_axes[i] * e.axes.col(i);
@@ -114,17 +96,17 @@ class Algorithm1 {
     return c;
   }
 
-  void castPairs(int64_t first, int64_t last, Sums* sums, int64_t& visits, int64_t& rays) const {
+  void castPairs(int64_t first, int64_t last, UtilitySums* sums, int64_t& visits, int64_t& rays) const {
     auto job = std::upper_bound(jobs_.begin(), jobs_.end(), first,
                                 [](int64_t value, const Job& j) { return value < j.first; }) -
                1;
-    for (int64_t pair = first; pair < last; ++pair) {
+    for (int64_t pair = first; pair < last; pair += every_) {
       while (pair - job->first >= static_cast<int64_t>(sources_[job->cluster].size())) ++job;
       const Voxel& source = sources_[job->cluster][pair - job->first];
       const Corners& corners = corners_[job->ellipsoid];
       const Eigen::Vector3d at = evaluator_.map().centre(source);
       LaneRays lanes;
-      Sums adds[kLanes];
+      UtilitySums adds[kLanes];
       for (int lane = 0; lane < kLanes; ++lane) {
         if (lane < 7 &&
             prepare(source, at - corners.at[lane], corners.scaled_volume, lanes, lane, adds[lane]))
@@ -138,7 +120,7 @@ class Algorithm1 {
 
   /// A ray from the centre of `source`; false for one without a direction.
   bool prepare(const Voxel& source, const Eigen::Vector3d& away, double volume, LaneRays& lanes, int lane,
-               Sums& add) const {
+               UtilitySums& add) const {
     const double length = std::sqrt(away.x() * away.x() + away.y() * away.y() + away.z() * away.z());
     if (!(length > 0)) return false;
     const GridFrame& frame = evaluator_.frame();
@@ -152,16 +134,16 @@ class Algorithm1 {
       stride *= frame.dims()[i];
     }
     lanes.set(lane, walk, range_);
-    add = Sums{std::llround(volume), std::llround(volume * direction[0]), std::llround(volume * direction[1]),
-               std::llround(volume * direction[2])};
+    add = UtilitySums{std::llround(volume), std::llround(volume * direction[0]),
+                      std::llround(volume * direction[1]), std::llround(volume * direction[2])};
     return true;
   }
 
-  void collect(const std::vector<ZeroedArray<Sums>>& sums, Utility& out) const {
+  void collect(const std::vector<ZeroedArray<UtilitySums>>& sums, Utility& out) const {
     const std::vector<uint8_t>& flags = evaluator_.flags();
     for (std::size_t i = 0; i < flags.size(); ++i) {
       if ((flags[i] & Evaluator::kClassMask) != kFree) continue;
-      Sums total = sums[0][i];
+      UtilitySums total = sums[0][i];
       for (int thread = 1; thread < threads_; ++thread) total += sums[thread][i];
       if (total[0] == 0) continue;
       out.voxels.push_back(evaluator_.frame().voxel(i));
@@ -180,14 +162,16 @@ class Algorithm1 {
   std::vector<Corners> corners_;             // by ellipsoid
   std::vector<Job> jobs_;
   int64_t pairs_ = 0;
+  int64_t every_ = 1;
   double scale_ = 0;
 };
 
 }  // namespace
 
-Utility accumulateUtility(const Evaluator& evaluator, double max_range_m, int threads) {
+Utility accumulateUtility(const Evaluator& evaluator, double max_range_m, int64_t max_rays, int threads) {
+  require(max_rays >= 0, "max_rays", max_rays, "0 (all) or more");
   require(max_range_m > 0 && std::isfinite(max_range_m), "max_range_m", max_range_m, "above 0, finite");
-  return Algorithm1(evaluator, max_range_m, threadCount(threads)).run();
+  return Algorithm1(evaluator, max_range_m, max_rays, threadCount(threads)).run();
 }
 
 std::vector<int> bestViews(const Utility& utility, double resolution_m, const std::vector<uint8_t>& allowed,

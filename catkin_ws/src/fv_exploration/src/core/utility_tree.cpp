@@ -54,7 +54,8 @@ void UtilityOcTree::copyBelow(const OccupancyTree& from, const octomap::OcTreeNo
   target->setLogOdds(source->getLogOdds());
   if (!from.nodeHasChildren(source)) return;
   for (unsigned i = 0; i < 8; ++i)
-    if (from.nodeChildExists(source, i)) copyBelow(from, from.getNodeChild(source, i), createNodeChild(target, i));
+    if (from.nodeChildExists(source, i))
+      copyBelow(from, from.getNodeChild(source, i), createNodeChild(target, i));
 }
 
 namespace {

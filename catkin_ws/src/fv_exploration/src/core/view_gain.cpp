@@ -5,75 +5,11 @@
 #include <limits>
 
 #include "fv_exploration/parallel.h"
-#include "grid_lanes.h"
+#include "lane_kernels.h"
 
 namespace fv {
 
 namespace {
-
-/// What one voxel adds, three counters in one number: a view counts fewer than 2^21 of each.
-constexpr uint64_t kOneVoid = 1, kOneUnknown = uint64_t{1} << 21, kOneFrontier = uint64_t{1} << 42;
-constexpr uint64_t kCountMask = kOneUnknown - 1;
-
-struct GainTable {
-  uint64_t adds[16];
-  GainTable() {
-    for (int flags = 0; flags < 16; ++flags) {
-      adds[flags] = 0;
-      if ((flags & Evaluator::kClassMask) == kUnknown) adds[flags] += kOneUnknown;
-      if (flags & Evaluator::kVoidFlag) adds[flags] += kOneVoid;
-      if (flags & Evaluator::kFrontierFlag) adds[flags] += kOneFrontier;
-    }
-  }
-};
-const GainTable kGainTable;
-
-struct Counts {
-  int64_t voids = 0, unknown = 0, frontier = 0, occupied = 0;
-};
-
-/// Where the rays of a view look things up and remember what they counted.
-struct GainGrid {
-  const uint8_t* flags;
-  uint16_t* counted;  // number of the view that counted a voxel last
-  uint16_t view;
-  double min_range;  // [voxels]
-};
-
-/// Walk eight rays at once to their ends.
-FV_LANE_CLONES void castLanes(const LaneRays& rays, const GainGrid& grid, Counts& counts) {
-  LaneWalk walk;
-  walk.load(rays);
-  LaneDoubles leave;
-  int64_t at[kLanes], live[kLanes], open[kLanes];
-  double leaves[kLanes];
-  uint64_t sums = 0;
-  int64_t hits = 0;
-  do {
-    walk.leaves(leave);
-    std::memcpy(at, &walk.at, sizeof(at));
-    std::memcpy(live, &walk.live, sizeof(live));
-    std::memcpy(leaves, &leave, sizeof(leaves));
-    for (int lane = 0; lane < kLanes; ++lane) {
-      const uint8_t flags = grid.flags[at[lane]];
-      uint16_t& counted = grid.counted[at[lane]];
-      const bool blocked = (flags & Evaluator::kClassMask) == kOccupied;
-      const bool fresh = (live[lane] != 0) & (leaves[lane] >= grid.min_range) & (counted != grid.view);
-      counted = fresh ? grid.view : counted;
-      sums += kGainTable.adds[flags] & -uint64_t{fresh};
-      hits += blocked & (live[lane] != 0);
-      open[lane] = int64_t{blocked} - 1;
-    }
-    LaneIntegers open_lanes;
-    std::memcpy(&open_lanes, open, sizeof(open));
-    walk.live &= open_lanes;
-    walk.advance();
-  } while (walk.anyLive());
-  counts.voids += sums & kCountMask;
-  counts.unknown += sums >> 21 & kCountMask;
-  counts.frontier += sums >> 42;
-  counts.occupied += hits;
-}
 
 /// Casts the rays of one view at a time; remembers which voxels the view has counted.
 class GainCaster {
@@ -90,12 +26,12 @@ class GainCaster {
     stride_[2] = stride_[1] * frame_.dims().y();
   }
 
-  Counts cast(const Eigen::Matrix4d& T_map_camera, const std::vector<Eigen::Vector3d>& rays) {
+  GainCounts cast(const Eigen::Matrix4d& T_map_camera, const std::vector<Eigen::Vector3d>& rays) {
     if (++view_ == 0) {  // numbers are used up
       std::fill(counted_.begin(), counted_.end(), 0);
       view_ = 1;
     }
-    Counts counts;
+    GainCounts counts;
     const Eigen::Vector3d origin =
         T_map_camera.topRightCorner<3, 1>() * factor_ - frame_.origin.cast<double>();
     const Eigen::Matrix3d R = T_map_camera.topLeftCorner<3, 3>();
@@ -203,7 +139,7 @@ ViewGains viewGains(const Evaluator& evaluator, const std::vector<Eigen::Matrix4
   const double edge = evaluator.map().resolution();
   parallelChunks(static_cast<int>(count), workers, 8, [&](int begin, int end, int thread) {
     for (int i = begin; i < end; ++i) {
-      const Counts c = casters[thread].cast(T_map_cameras[i], rays);
+      const GainCounts c = casters[thread].cast(T_map_cameras[i], rays);
       out.void_volume_m3[i] = static_cast<double>(c.voids) * edge * edge * edge;
       out.unknown_volume_m3[i] = static_cast<double>(c.unknown) * edge * edge * edge;
       out.frontier_area_m2[i] = static_cast<double>(c.frontier) * edge * edge;

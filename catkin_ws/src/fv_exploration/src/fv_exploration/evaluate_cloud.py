@@ -30,6 +30,10 @@ from fv_exploration.evaluation_picture import draw_evaluation
 from fv_exploration.recordings import RecordingError, read_scans
 
 
+MAX_RAYS = 10_000_000
+"""Of Algorithm 1: a whole building has more frontier and more voids than are worth each other's rays."""
+
+
 def parse(arguments: list[str]) -> argparse.Namespace:
     """The command line; numbers in metres."""
     parser = argparse.ArgumentParser(prog="evaluate_cloud", description=__doc__)
@@ -66,7 +70,7 @@ def evaluate(path: Path, options: argparse.Namespace) -> dict[str, Any]:
     scans, T_map_sensor = _insert(path, options, occupancy_map)
     evaluator = Evaluator(occupancy_map, EvaluationConfig(min_fit=options.min_fit))
     evaluation = evaluator.update()
-    utility = evaluator.utility(options.utility_range)
+    utility = evaluator.utility(options.utility_range, max_rays=MAX_RAYS)
     views = _views(occupancy_map, evaluator, utility, options)
     report = {
         "file": path.name,
