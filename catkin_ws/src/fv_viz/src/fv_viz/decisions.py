@@ -58,7 +58,7 @@ def chosen_view(header: Header, msg, config: VizConfig) -> list[bytes]:
         shapes.lines(header, "chosen_view", edges, color, width),
         packing.pack_marker(faces, shapes.pyramid_faces(pyramid, positions[0], matrices[0])),
         shapes.lines(header, "chosen_view/sight", sight, color, width / 3),
-        shapes.text(header, "chosen_view/text", at, words, 0.6 * config.view_size_m, color),
+        shapes.text(header, "chosen_view/text", at, words, config.view_size_m, color),
     ]
 
 

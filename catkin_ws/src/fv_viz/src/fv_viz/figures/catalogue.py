@@ -123,7 +123,7 @@ def figure_3_2(m: Material) -> Figure:
         shows,
         m.scans.made_by,
         _lines("void", "initial_ellipsoids", "ellipsoids"),
-        ("orange", "purple"),
+        ("purple",),
     )
 
 
@@ -234,9 +234,7 @@ def figure_5_3(m: Material) -> Figure:
     )
     panels = [(words, m.stage.take([*common, *more], m.camera(yaw, 0.6))) for words, more, yaw in plan]
     shows = "void voxels as dots, initial ellipsoids, and the void clusters that merging leaves"
-    return Figure(
-        panels, shows, m.scans.made_by, _lines("occupied", "void", "ellipsoids"), ("orange", "purple")
-    )
+    return Figure(panels, shows, m.scans.made_by, _lines("occupied", "void", "ellipsoids"), ("purple",))
 
 
 def figure_5_4(m: Material) -> Figure:
@@ -303,11 +301,11 @@ def figure_5_7(m: Material) -> Figure:
 def figure_5_8(m: Material) -> Figure:
     """Start, path and goal of a plan."""
     m.with_robot()
-    msg, made_by = plans.planned_path(m.stage, m.robot)
+    msg, made_by = plans.planned_path(m.stage, m.robot, m._made["robot"])
     m.stage.path(msg)
     panels = [
-        ("from the front right", m.stage.take(["Path"], [2.3, -0.7, 0.2, 0.15, -0.1, 1.05])),
-        ("from above", m.stage.take(["Path"], [2.3, 3.1416, 1.5, 0.15, -0.1, 1.05])),
+        ("from the front right", m.stage.take(["Path", "Robot"], [1.7, -0.9, 0.2, 0.1, -0.1, 0.95])),
+        ("from above, behind", m.stage.take(["Path", "Robot"], [1.7, 2.4, 0.9, 0.1, -0.1, 0.95])),
     ]
     shows = "a plan of the right arm: start light green, goal dark violet, poses between faint"
     return Figure(panels, shows, made_by, _lines("path"), ("green",))

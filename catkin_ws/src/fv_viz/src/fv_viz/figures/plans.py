@@ -8,15 +8,16 @@ import actionlib
 import numpy as np
 import rospy
 from fv_msgs.msg import MapUpdate, PlanMotionAction, PlanMotionGoal, PlannedPath
-from geometry_msgs.msg import Quaternion, TransformStamped, Vector3
+from geometry_msgs.msg import Pose, Quaternion, TransformStamped, Vector3
+from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from fv_viz.figures import sources
 from fv_viz.figures.stage import FRAME, Stage
-from fv_viz.robot import RobotShapes
+from fv_viz.robot import RobotShapes, pose_message
 
-GOAL = "stow"  # named pose that the plan ends in
+GOAL = "home"  # named pose that the plan ends in
 
 
 def bring_robot(stage: Stage, robot: str) -> dict[str, float]:
@@ -52,14 +53,15 @@ def in_world(robot: str, frame: str, positions: dict[str, float], point) -> np.n
     return T[:3, :3] @ np.asarray(point, dtype=float) + T[:3, 3] + np.array([0.0, 0.0, base_height(robot)])
 
 
-def planned_path(stage: Stage, robot: str) -> tuple[PlannedPath, str]:
+def planned_path(stage: Stage, robot: str, positions: dict[str, float]) -> tuple[PlannedPath, str]:
     """A plan from the start pose to a named one; raises NoData when the planner does not answer with one."""
     stage.run("ompl_planner", "planner_node")
     client = actionlib.SimpleActionClient("/ompl_planner/plan", PlanMotionAction)
     if not client.wait_for_server(rospy.Duration(15.0)):
         raise sources.NoData("the planner does not come up")
     goal = PlanMotionGoal(group="right_arm", goal_type=PlanMotionGoal.GOAL_NAMED, goal_name=GOAL, seed=1)
-    goal.unknown_space = PlanMotionGoal.UNKNOWN_IS_FREE
+    goal.unknown_space, goal.min_map_sequence = PlanMotionGoal.UNKNOWN_IS_FREE, 1
+    goal.start = JointState(name=list(positions), position=list(positions.values()))
     stage.publish("/fv_exploration/map", _empty_map())
     client.send_goal(goal)
     if not client.wait_for_result(rospy.Duration(30.0)):
@@ -67,8 +69,25 @@ def planned_path(stage: Stage, robot: str) -> tuple[PlannedPath, str]:
     result = client.get_result()
     if result is None or not result.trajectory.points:
         raise sources.NoData(f"no plan: {result.message if result else 'the planner died'}")
-    path = PlannedPath(header=FRAME, trajectory=result.trajectory)
+    path = PlannedPath(
+        header=FRAME, trajectory=result.trajectory, tip_poses=_tips(result.trajectory, positions)
+    )
+    path.tip_poses = [_lifted(pose, base_height(robot)) for pose in path.tip_poses]
     return path, f"/ompl_planner/plan, robot {robot}, group right_arm, start pose to {GOAL}, seed 1"
+
+
+def _tips(trajectory, positions: dict[str, float]) -> list[Pose]:
+    """The camera's way along a trajectory, in the root link's frame."""
+    model = RobotShapes(rospy.get_param("/robot_description"))
+    frame = next(iter(rospy.get_param("/sensors").values()))["optical_frame"]
+    names = trajectory.joint_names
+    states = [{**positions, **dict(zip(names, p.positions, strict=True))} for p in trajectory.points[::5]]
+    return [pose_message(model.link_poses(state)[frame]) for state in states]
+
+
+def _lifted(pose: Pose, height: float) -> Pose:
+    pose.position.z += height
+    return pose
 
 
 def _empty_map() -> MapUpdate:
