@@ -15,6 +15,10 @@ from std_msgs.msg import Header
 FRAME = Header(frame_id="world")
 WAIST_DEG = (0.0, 30.0, -30.0, 60.0, -60.0)  # turns of the waist about the start pose, one scan each
 RANGE_M = 3.0
+# A camera at eye height that looks ahead, z of the optical frame along x of the map.
+T_MAP_CAMERA = np.array(
+    [[0.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 0.0], [0.0, -1.0, 0.0, 1.0], [0.0, 0.0, 0.0, 1.0]]
+)
 
 
 class NoData(RuntimeError):
@@ -67,25 +71,36 @@ def simulated(world: str, robot: str, resolution: float, seed: int = 1) -> Scans
 
 
 def recorded(path: Path, resolution: float) -> Scans:
-    """A recorded cloud (.pcd, .npy or .npz with `points` (N, 3) and optionally `pose` (4, 4)) as the only scan.
+    """Recorded scans (.pcd, .graph, .bag; see fv_exploration.recordings) instead of simulated ones.
 
-    Raises NoData for a file that cannot be read or holds no finite point.
+    A PCD without a viewpoint is taken for a camera's at T_MAP_CAMERA. Raises NoData for a file that cannot be read or
+    holds no finite point within range.
     """
-    from fv_viz.figures.pcd import read_points
-
     try:
-        points, T = read_points(path)
-    except (OSError, ValueError, KeyError) as error:
-        raise NoData(f"{path}: {error}") from error
-    seen = points[np.isfinite(points).all(axis=1)]
-    seen = seen[(np.linalg.norm(seen, axis=1) < 2.0 * RANGE_M)]
-    if not len(seen):
+        from fv_exploration.recordings import read_scans
+    except ImportError as error:
+        raise NoData(f"the reader of recordings is not there ({error})") from error
+    try:
+        clouds = [
+            _near(np.asarray(scan.points_sensor), np.asarray(scan.T_map_sensor)) for scan in read_scans(path)
+        ]
+    except (OSError, ValueError) as error:
+        raise NoData(str(error)) from error
+    clouds = [(points, T) for points, T in clouds if len(points)]
+    if not clouds:
         raise NoData(f"{path}: no finite point within {2.0 * RANGE_M:g} m")
-    placed = seen @ T[:3, :3].T + T[:3, 3]
-    bounds = np.array([np.minimum(placed.min(axis=0), T[:3, 3]) - 0.1, placed.max(axis=0) + 0.1])
-    return _evaluated(
-        [(seen, T)], None, bounds, resolution, f"recorded cloud {path.name}, voxels of {resolution} m"
-    )
+    placed = np.concatenate([points @ T[:3, :3].T + T[:3, 3] for points, T in clouds])
+    low = np.minimum(placed.min(axis=0), clouds[0][1][:3, 3]) - 0.1
+    made_by = f"recording {path.name}, {len(clouds)} scans, voxels of {100 * resolution:g} cm"
+    return _evaluated(clouds, None, np.array([low, placed.max(axis=0) + 0.1]), resolution, made_by)
+
+
+def _near(points: np.ndarray, T: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Finite points (N, 3) within range, and the pose of their camera."""
+    points = points.reshape(-1, 3)
+    points = points[np.isfinite(points).all(axis=1)]
+    points = points[np.linalg.norm(points, axis=1) < 2.0 * RANGE_M]
+    return points, T_MAP_CAMERA if np.allclose(T, np.eye(4)) else T
 
 
 def _shot(simulator, number: int, turn: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
