@@ -1,0 +1,128 @@
+#!/usr/bin/env python3
+"""The whole chain on simulated input: HUBO explores a part of the shelf world."""
+
+import csv
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+import actionlib
+import numpy as np
+import rospy
+import rostest
+from actionlib_msgs.msg import GoalStatus
+from fv_msgs.msg import Contacts, ExploreAction, ExploreGoal, ExploreResult, MapUpdate
+from geometry_msgs.msg import Point
+from octomap_msgs.srv import GetOctomap
+
+CONFIG = {
+    "map": {"resolution_m": 0.05},
+    "scan": {"trigger_service": "/camera/trigger"},
+    "views": {"sampled": 600, "utility_voxels": 50},
+}
+NODES = (
+    ("robot_state_publisher", "robot_state_publisher"),
+    ("ompl_planner", "planner_node"),
+    ("fv_exploration", "explore_node"),
+)
+
+
+def wait_for(condition, seconds):
+    deadline = time.monotonic() + seconds
+    while not condition() and time.monotonic() < deadline:
+        time.sleep(0.05)
+    return condition()
+
+
+def goal(**values):
+    message = ExploreGoal(seed=1, **values)
+    message.bounds.min, message.bounds.max = Point(-0.8, -0.8, 0.0), Point(1.4, 0.8, 2.0)
+    return message
+
+
+class ExploreTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        assert wait_for(lambda: rospy.has_param("/robot") and rospy.has_param("/sensors"), 30)
+        cls.folder = tempfile.TemporaryDirectory()
+        rospy.set_param("/fv_exploration/config", CONFIG)
+        rospy.set_param("/fv_exploration/out_dir", cls.folder.name)
+        cls.processes = [subprocess.Popen(["rosrun", *node]) for node in NODES]
+        cls.client = actionlib.SimpleActionClient("/explore", ExploreAction)
+        assert wait_for(lambda: cls.client.wait_for_server(rospy.Duration(0.1)), 60)
+
+    @classmethod
+    def tearDownClass(cls):
+        for process in cls.processes:
+            process.terminate()
+        for process in cls.processes:
+            process.wait(15)
+        cls.folder.cleanup()
+
+    def send(self, message, seconds):
+        shares = []
+        self.client.send_goal(message, feedback_cb=lambda feedback: shares.append(feedback.known_share))
+        assert wait_for(lambda: self.client.get_state() >= GoalStatus.PREEMPTED, seconds)
+        return self.client.get_result(), shares
+
+    def test_1_a_view_budget_is_explored_and_written(self):
+        result, shares = self.send(goal(max_views=3), 300)
+        self.assertEqual(result.status, ExploreResult.VIEW_BUDGET, result.message)
+        self.assertEqual(result.views, 3)
+        self.assertEqual(shares, sorted(shares))
+        self.assertGreater(result.known_share, 0.2)
+        self.check_files(result)
+        self.check_map()
+        contacts = rospy.wait_for_message("/hubo_sim/contacts", Contacts, timeout=10)
+        self.assertEqual(contacts.total, 0, contacts.pairs)
+
+    def check_files(self, result):
+        folder = Path(self.folder.name)
+        with (folder / "metrics.csv").open() as file:
+            rows = list(csv.DictReader(file))
+        self.assertEqual([row["view"] for row in rows], ["0", "1", "2", "3"])
+        self.assertTrue(all(float(row["expected_gain_m3"]) > 0 for row in rows[1:]))
+        self.assertEqual(Path(result.map_path), folder / "map.ot")
+        for name in ("map.ot", "map.bt", "views.json"):
+            self.assertGreater((folder / name).stat().st_size, 100)
+        with np.load(folder / "map_points.npz") as points:
+            self.assertEqual(len(points["occupied"]), int(rows[-1]["occupied"]))
+            self.assertEqual(len(points["free"]), int(rows[-1]["free"]))
+        self.assertEqual([p.name for p in folder.iterdir() if "part" in p.name], [])
+
+    def check_map(self):
+        update = rospy.wait_for_message("/fv_exploration/map", MapUpdate, timeout=10)
+        self.assertGreater(update.sequence, 3)
+        self.assertEqual(update.octomap.header.frame_id, "world")
+        answer = rospy.ServiceProxy("/octomap_binary", GetOctomap)()
+        self.assertEqual(answer.map.data, update.octomap.data)
+        self.assertTrue(answer.map.binary)
+        self.assertFalse(rospy.ServiceProxy("/octomap_full", GetOctomap)().map.binary)
+
+    def test_2_a_cancelled_exploration_ends_soon_and_says_so(self):
+        self.client.send_goal(goal())
+        time.sleep(3.0)
+        self.client.cancel_goal()
+        self.assertTrue(wait_for(lambda: self.client.get_state() == GoalStatus.PREEMPTED, 60))
+        self.assertEqual(self.client.get_result().status, ExploreResult.CANCELLED)
+
+    def test_3_bounds_inside_out_are_refused_with_the_reason(self):
+        message = goal()
+        message.bounds.min, message.bounds.max = message.bounds.max, message.bounds.min
+        result, _ = self.send(message, 30)
+        self.assertEqual(result.status, ExploreResult.FAILED)
+        self.assertIn("bounds", result.message)
+
+    def test_4_bounds_in_an_unknown_frame_are_refused(self):
+        message = goal()
+        message.header.frame_id = "mars"
+        result, _ = self.send(message, 30)
+        self.assertIn("mars", result.message)
+
+
+if __name__ == "__main__":
+    rospy.init_node("explore_rostest")
+    rostest.rosrun("fv_exploration", "explore", ExploreTest, sys.argv)
