@@ -15,7 +15,9 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-def row(bench: str, case: str, ours: list[float], reference: list[float] | None = None, **more: Any) -> dict[str, Any]:
+def row(
+    bench: str, case: str, ours: list[float], reference: list[float] | None = None, **more: Any
+) -> dict[str, Any]:
     """A row of scripts/bench: medians, ratio reference / ours, spread (largest - smallest of ours over its median).
 
     :param more: unit, reference_name, target (a bound on the ratio, or on ours when there is no reference) and
@@ -53,7 +55,9 @@ def timed(work: Callable[[], Any]) -> tuple[float, Any]:
 class Room:
     """A box-shaped room with boxes in it; rays are cast analytically."""
 
-    def __init__(self, size: tuple[float, float, float] = (4.0, 4.0, 2.6), seed: int = 1, furniture: int = 14) -> None:
+    def __init__(
+        self, size: tuple[float, float, float] = (4.0, 4.0, 2.6), seed: int = 1, furniture: int = 14
+    ) -> None:
         rng = np.random.default_rng(seed)
         self.low, self.high = np.zeros(3), np.array(size)
         corner = rng.uniform(0.1, 0.75, (furniture, 3)) * size

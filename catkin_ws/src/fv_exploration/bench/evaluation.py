@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from bench_scene import Room, camera_rays, row, scan, timed, tour
+
 from fv_exploration import (
     EvaluationConfig,
     Evaluator,
@@ -68,9 +69,24 @@ def growth(quick: bool) -> list[dict]:
     return [
         row("evaluation", f"{case}: last updates", last, first, reference_name="first updates"),
         row("evaluation", f"{case}: last / first", slower, unit="ratio", target=1.5, at_most=True),
-        row("evaluation", f"{case}: growth of the map", [r["known"][-1] / r["known"][0]], unit="ratio", target=4),
-        row("evaluation", f"{case}: update", last, r["batches"], reference_name="batch evaluation", target=20),
-        row("evaluation", f"{case}: peak RSS / octree", [r["peak"] / r["octree"]], unit="ratio", target=3, at_most=True),
+        row(
+            "evaluation",
+            f"{case}: growth of the map",
+            [r["known"][-1] / r["known"][0]],
+            unit="ratio",
+            target=4,
+        ),
+        row(
+            "evaluation", f"{case}: update", last, r["batches"], reference_name="batch evaluation", target=20
+        ),
+        row(
+            "evaluation",
+            f"{case}: peak RSS / octree",
+            [r["peak"] / r["octree"]],
+            unit="ratio",
+            target=3,
+            at_most=True,
+        ),
     ]
 
 

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from bench_scene import Room, camera_rays, look, row, scan, timed, tour
 from evaluation import CAMERA, new_map
+
 from fv_exploration import EvaluationConfig, Evaluator, ScanConfig, view_gain
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from bench_scene import Room, camera_rays, look, row, scan, timed
+
 from fv_exploration import MapConfig, OccupancyMap
 from fv_exploration.reference import ReferenceMap
 
@@ -21,13 +22,17 @@ def lidar_scene() -> tuple[np.ndarray, np.ndarray]:
     """A 64-ring scan of a hall of 24 x 16 x 5 m: 115 200 points."""
     room = Room((24.0, 16.0, 5.0), seed=2, furniture=30)
     angle, tilt = np.meshgrid(np.linspace(0, 2 * np.pi, 1800, False), np.linspace(-0.4, 0.4, 64))
-    rays = np.stack([np.cos(tilt) * np.cos(angle), np.cos(tilt) * np.sin(angle), np.sin(tilt)], -1).reshape(-1, 3)
+    rays = np.stack([np.cos(tilt) * np.cos(angle), np.cos(tilt) * np.sin(angle), np.sin(tilt)], -1).reshape(
+        -1, 3
+    )
     pose = np.eye(4)
     pose[:3, 3] = [12.3, 8.1, 1.6]
     return scan(room, pose, rays, 0.01), pose
 
 
-def compare(case: str, points: np.ndarray, pose: np.ndarray, config: dict[str, Any], **how: Any) -> list[dict]:
+def compare(
+    case: str, points: np.ndarray, pose: np.ndarray, config: dict[str, Any], **how: Any
+) -> list[dict]:
     """Rows of time and of differing voxels; `repeated`: into a map that already has the scan."""
     ours, reference, differing = [], [], 0
     map_points = (points @ pose[:3, :3].T + pose[:3, 3]).astype(np.float32)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bench_scene import Room, camera_rays, row, scan, timed, tour
 from evaluation import new_map
+
 from fv_exploration import EvaluationConfig, Evaluator, ScanConfig
 from fv_exploration.reference import plain_utility
 
@@ -30,5 +31,7 @@ def run(quick: bool) -> list[dict]:
         case = f"a visit, {threads} threads, {utility.visits} visits"
         name = "plain loop on the octree"
         rows.append(row("utility", case, ours, plain, unit="ns", reference_name=name, target=target))
-        rows.append(row("utility", f"visits a second, {threads} threads", [1e9 / t for t in ours], unit="1/s"))
+        rows.append(
+            row("utility", f"visits a second, {threads} threads", [1e9 / t for t in ours], unit="1/s")
+        )
     return rows

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 from bench_scene import row, timed
+from scipy import ndimage
+
 from fv_exploration import EvaluationConfig, cluster_voids
 from fv_exploration.reference import plain_clusters
-from scipy import ndimage
 
 
 def blobs(count: int, seed: int = 0) -> np.ndarray:
@@ -31,15 +34,32 @@ def run(quick: bool) -> list[dict]:
             results = [plain_clusters(small, config, 0.05) for _ in range(runs)]
             plain = [seconds for seconds, _ in results]
             fast = [timed(lambda small=small: cluster_voids(small, config, 0.05)) for _ in range(runs)]
-            same = len(np.unique(np.stack([results[0][1], fast[0][1][0]]), axis=1).T) == fast[0][1][0].max() + 1
-            rows.append(
-                row("void_clusters", f"{len(small)} voxels", [s for s, _ in fast], plain, reference_name="all pairs")
+            same = (
+                len(np.unique(np.stack([results[0][1], fast[0][1][0]]), axis=1).T) == fast[0][1][0].max() + 1
             )
-            rows.append(row("void_clusters", "same clusters as all pairs", [float(same)], unit="bool", target=1))
+            rows.append(
+                row(
+                    "void_clusters",
+                    f"{len(small)} voxels",
+                    [s for s, _ in fast],
+                    plain,
+                    reference_name="all pairs",
+                )
+            )
+            rows.append(
+                row("void_clusters", "same clusters as all pairs", [float(same)], unit="bool", target=1)
+            )
         rows.append(row("void_clusters", f"{len(voxels)} voxels", seconds))
         medians.append(rows[-1]["ours"] / len(voxels))
-    for small, large in zip(medians, medians[1:], strict=False):
+    for small, large in itertools.pairwise(medians):
         rows.append(
-            row("void_clusters", "time for 10x the voxels", [10 * large / small], unit="ratio", target=13, at_most=True)
+            row(
+                "void_clusters",
+                "time for 10x the voxels",
+                [10 * large / small],
+                unit="ratio",
+                target=13,
+                at_most=True,
+            )
         )
     return rows

@@ -4,6 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+from scipy.spatial import ConvexHull
+
 from fv_exploration import (
     EvaluationConfig,
     Evaluator,
@@ -14,10 +19,6 @@ from fv_exploration import (
     best_views,
     cluster_voids,
 )
-from hypothesis import HealthCheck, given, settings
-from hypothesis import strategies as st
-from scipy import ndimage
-from scipy.spatial import ConvexHull
 
 R = 0.1
 LOW, HIGH = np.array([-1.2, -1.0, -0.7]), np.array([1.2, 1.1, 0.8])
@@ -116,7 +117,12 @@ def assert_same(a, b):
 
 
 @settings(max_examples=50, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(seed=st.integers(0, 10**6), scans=st.integers(1, 6), tiled=st.booleans(), fit=st.sampled_from([0.2, 0.5, 0.9]))
+@given(
+    seed=st.integers(0, 10**6),
+    scans=st.integers(1, 6),
+    tiled=st.booleans(),
+    fit=st.sampled_from([0.2, 0.5, 0.9]),
+)
 def test_after_any_scans_the_update_is_the_batch_result(seed, scans, tiled, fit):
     rng = np.random.default_rng(seed)
     grid = new_map(prob_hit=0.8, prob_miss=0.2)
@@ -232,7 +238,9 @@ def test_ellipsoids_are_the_principal_axes_of_their_voxels():
         assert np.allclose(e["semi_axes"], semi_axes)
         assert e["count"] == len(members)
         assert np.isclose(e["fit"], len(members) * R**3 / (4 / 3 * math.pi * semi_axes.prod()))
-        assert np.allclose(e["axes"] @ np.diag(semi_axes**2) @ e["axes"].T, axes @ np.diag(semi_axes**2) @ axes.T)
+        assert np.allclose(
+            e["axes"] @ np.diag(semi_axes**2) @ e["axes"].T, axes @ np.diag(semi_axes**2) @ axes.T
+        )
         assert np.isclose(np.linalg.det(e["axes"]), 1)
 
 
@@ -283,7 +291,9 @@ def plain_merging(voxels, labels, min_fit):
     for k in np.unique(labels):
         members = voxels[labels == k]
         covariance = np.cov(members.T, bias=True).reshape(3, 3) if len(members) > 1 else np.zeros((3, 3))
-        clusters[k] = PlainCluster(len(members), members.mean(axis=0), covariance, np.flatnonzero(labels == k)[0])
+        clusters[k] = PlainCluster(
+            len(members), members.mean(axis=0), covariance, np.flatnonzero(labels == k)[0]
+        )
     edges = set()
     for i, v in enumerate(voxels):
         for step in np.argwhere(FULL) - 1:

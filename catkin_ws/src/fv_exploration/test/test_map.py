@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+
 from fv_exploration import (
     EvaluationConfig,
     Evaluator,
@@ -193,7 +194,8 @@ def test_colours_are_a_color_octree(tmp_path):
 
 def test_filters_are_off_by_default_and_drop_what_they_should():
     rng = np.random.default_rng(0)
-    cloud = np.concatenate([rng.normal(scale=0.1, size=(500, 3)) + [1, 0, 0], [[9.0, 9, 9]], [[math.nan] * 3]])
+    blob = rng.normal(loc=(1, 0, 0), scale=0.1, size=(500, 3))
+    cloud = np.concatenate([blob, [[9.0, 9, 9]], [[math.nan] * 3]])
     assert len(filter_cloud(cloud, FilterConfig())) == 501
     assert np.abs(filter_cloud(cloud, FilterConfig(outlier_neighbours=10))).max() < 5
     assert np.abs(filter_cloud(cloud, FilterConfig(isolated_radius_m=0.5))).max() < 5
@@ -234,7 +236,12 @@ def plain_gain(grid, evaluation, pose):
         hit = np.flatnonzero(classes == 1)
         end = hit[0] if len(hit) else len(samples)
         for v, c, t in zip(np.floor(samples[:end] / R).astype(int).tolist(), classes, lengths, strict=False):
-            if t >= CAMERA.min_range_m and max(map(abs, v), default=0) <= 20 and min(v) >= -20 and max(v) < 20:
+            if (
+                t >= CAMERA.min_range_m
+                and max(map(abs, v), default=0) <= 20
+                and min(v) >= -20
+                and max(v) < 20
+            ):
                 seen[tuple(v)] = c
     return (
         sum("void" in kinds.get(v, ()) for v in seen) * R**3,

@@ -21,7 +21,8 @@ struct Utility {
 ///
 /// Sums are kept in fixed point (2^-34 of the largest volume), so that they do not depend on the threads.
 /// @throws InputError unless max_range_m > 0 and finite.
-/// @param max_rays 0: all rays, exactly Algorithm 1, whose number grows with frontier times ellipsoids. Otherwise about so
+/// @param max_rays 0: all rays, exactly Algorithm 1, whose number grows with frontier times ellipsoids.
+/// Otherwise about so
 ///        many: every k-th (source, ellipsoid) pair, counted k times.
 Utility accumulateUtility(const Evaluator& evaluator, double max_range_m, int64_t max_rays, int threads);
 

@@ -5,6 +5,15 @@
 
 namespace fv {
 
+/// Floor of a number that fits into an int, without a call.
+inline int floorInt(double x) {
+  const int towards_zero = static_cast<int>(x);
+  return towards_zero - (x < towards_zero);
+}
+
+/// Nearest integer of a number that fits, halves away from 0, without a call.
+inline int64_t nearestInt(double x) { return static_cast<int64_t>(x + (x < 0 ? -0.5 : 0.5)); }
+
 /// The start of a ray that goes from voxel to voxel of a linear grid (Amanatides and Woo 1987); lengths in
 /// voxels.
 struct GridWalk {
@@ -13,7 +22,7 @@ struct GridWalk {
   /// Set up one axis: the voxel that the ray is in at length `from`.
   /// @param origin, direction of the ray along the axis; the grid begins at 0 and has `size` voxels.
   void begin(int axis, double origin, double direction, double from, int size, int64_t stride) {
-    const int voxel = std::clamp(static_cast<int>(std::floor(origin + from * direction)), 0, size - 1);
+    const int voxel = std::clamp(floorInt(origin + from * direction), 0, size - 1);
     at += voxel * stride;
     const bool up = direction > 0;
     step[axis] = up ? stride : -stride;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "fv_exploration/grid.h"
+#include "grid_walk.h"
 
 namespace fv {
 
@@ -16,9 +17,9 @@ class RayMaker {
   /// The voxel of a coordinate; false beyond OctoMap's keys.
   bool voxel(const octomap::point3d& p, Voxel& v) const {
     for (int i = 0; i < 3; ++i) {
-      const double scaled = std::floor(factor_ * p(i));
+      const double scaled = factor_ * p(i);
       if (!(scaled >= -kKeyOffset && scaled < kKeyOffset)) return false;
-      v[i] = static_cast<int>(scaled);
+      v[i] = floorInt(scaled);
     }
     return true;
   }

@@ -134,8 +134,8 @@ class Algorithm1 {
       stride *= frame.dims()[i];
     }
     lanes.set(lane, walk, range_);
-    add = UtilitySums{std::llround(volume), std::llround(volume * direction[0]),
-                      std::llround(volume * direction[1]), std::llround(volume * direction[2])};
+    add = UtilitySums{nearestInt(volume), nearestInt(volume * direction[0]),
+                      nearestInt(volume * direction[1]), nearestInt(volume * direction[2])};
     return true;
   }
 

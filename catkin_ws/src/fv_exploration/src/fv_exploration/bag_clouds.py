@@ -24,7 +24,9 @@ class TransformTree:
     def __init__(self) -> None:
         self._edges: dict[str, tuple[str, list[float], list[tuple[Array, Array]]]] = {}
 
-    def add(self, parent: str, child: str, stamp_s: float, translation: Array, quaternion_xyzw: Array) -> None:
+    def add(
+        self, parent: str, child: str, stamp_s: float, translation: Array, quaternion_xyzw: Array
+    ) -> None:
         """A transform that takes child-frame points to the parent frame at a time."""
         known = self._edges.setdefault(child, (parent, [], []))
         at = bisect.bisect(known[1], stamp_s)
@@ -75,7 +77,9 @@ def cloud_points(msg: Any) -> Array:
             raise RecordingError(f"cloud fields are {sorted(fields)}; needs float x, y and z")
     order = ">" if msg.is_bigendian else "<"
     formats = [order + kinds[fields[name].datatype] for name in "xyz"]
-    last = max(fields[name].offset + np.dtype(kind).itemsize for name, kind in zip("xyz", formats, strict=True))
+    last = max(
+        fields[name].offset + np.dtype(kind).itemsize for name, kind in zip("xyz", formats, strict=True)
+    )
     enough = msg.row_step >= msg.point_step * msg.width and len(msg.data) >= msg.row_step * msg.height
     if msg.point_step < last or not enough:
         raise RecordingError(
@@ -93,7 +97,9 @@ def cloud_points(msg: Any) -> Array:
 
 def _read_tf(reader: Any) -> TransformTree:
     tree = TransformTree()
-    for connection, _, raw in reader.messages([c for c in reader.connections if c.topic in ("/tf", "/tf_static")]):
+    for connection, _, raw in reader.messages(
+        [c for c in reader.connections if c.topic in ("/tf", "/tf_static")]
+    ):
         for item in reader.deserialize(raw, connection.msgtype).transforms:
             t, r = item.transform.translation, item.transform.rotation
             tree.add(
@@ -123,7 +129,9 @@ def bag_clouds(path: Path, topic: str, map_frame: str) -> Iterator[tuple[Array, 
             clouds = [c for c in reader.connections if c.msgtype == CLOUD]
             topics = sorted({c.topic for c in clouds})
             if topic not in topics and (topic or len(topics) != 1):
-                raise RecordingError(f"{path}: cloud topic {topic!r}; valid: {', '.join(topics) or 'it has none'}")
+                raise RecordingError(
+                    f"{path}: cloud topic {topic!r}; valid: {', '.join(topics) or 'it has none'}"
+                )
             tree = _read_tf(reader)
             for connection, _, raw in reader.messages([c for c in clouds if not topic or c.topic == topic]):
                 msg = reader.deserialize(raw, connection.msgtype)

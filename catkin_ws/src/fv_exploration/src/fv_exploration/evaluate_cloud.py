@@ -29,7 +29,6 @@ from fv_exploration import (
 from fv_exploration.evaluation_picture import draw_evaluation
 from fv_exploration.recordings import RecordingError, read_scans
 
-
 MAX_RAYS = 10_000_000
 """Of Algorithm 1: a whole building has more frontier and more voids than are worth each other's rays."""
 
@@ -39,7 +38,9 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="evaluate_cloud", description=__doc__)
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="PCD, OctoMap .graph, rosbag")
     parser.add_argument("--out", type=Path, default=Path("evaluation"), help="folder for the results")
-    parser.add_argument("--resolution", type=float, default=0.05, help="edge of a voxel [m] (default: %(default)s)")
+    parser.add_argument(
+        "--resolution", type=float, default=0.05, help="edge of a voxel [m] (default: %(default)s)"
+    )
     parser.add_argument("--max-range", type=float, default=5.0, help="farther returns clear only [m]")
     parser.add_argument("--utility-range", type=float, default=3.0, help="s_r of Algorithm 1 [m]")
     parser.add_argument("--min-fit", type=float, default=0.5, help="S that void ellipsoids keep, (0, 1]")
@@ -76,7 +77,11 @@ def evaluate(path: Path, options: argparse.Namespace) -> dict[str, Any]:
         "file": path.name,
         "scans": scans,
         "resolution_m": options.resolution,
-        "voxels": {**occupancy_map.counts(), "frontier": len(evaluation.frontier), "void": len(evaluation.void)},
+        "voxels": {
+            **occupancy_map.counts(),
+            "frontier": len(evaluation.frontier),
+            "void": len(evaluation.void),
+        },
         "frontier_clusters": evaluation.frontier_clusters,
         "frontier_voids": len(evaluation.frontier_voids),
         "ellipsoids": [_ellipsoid(e) for e in evaluation.ellipsoids[:100]],

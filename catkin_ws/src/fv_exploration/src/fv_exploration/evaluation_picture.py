@@ -48,7 +48,9 @@ def draw_evaluation(
         panel.plot(T_map_sensor[across, 3], T_map_sensor[up, 3], "o", color="#00a040", markersize=10)
         for view in views:
             p, d = np.array(view["position_m"]), np.array(view["direction"]) * 6 * resolution
-            panel.annotate("", (p + d)[[across, up]], p[[across, up]], arrowprops={"color": "#d01010", "width": 1})
+            panel.annotate(
+                "", (p + d)[[across, up]], p[[across, up]], arrowprops={"color": "#d01010", "width": 1}
+            )
         panel.set_xlim(edges[0])
         panel.set_ylim(edges[1])
     names = ", ".join(f"{name} #{r:02x}{g:02x}{b:02x}" for name, (r, g, b) in COLORS.items())

@@ -70,7 +70,7 @@ def read_pcd(path: Path) -> RecordedScan:
         )
         columns = _binary_columns(path, body, row, count, kind)
     points = np.stack([np.asarray(columns[name], dtype=float).reshape(count) for name in "xyz"], axis=1)
-    x, y, z, qw, qx, qy, qz = (float(v) for v in header.get("VIEWPOINT", "0 0 0 1 0 0 0".split()))
+    x, y, z, qw, qx, qy, qz = (float(v) for v in header.get("VIEWPOINT", ["0", "0", "0", "1", "0", "0", "0"]))
     return RecordedScan(points, matrix_from_quaternion([x, y, z], [qx, qy, qz, qw]))
 
 
@@ -95,7 +95,9 @@ def _pcd_header(path: Path, data: bytes) -> tuple[dict[str, list[str]], bytes]:
     return header, data[start:]
 
 
-def _ascii_columns(path: Path, body: bytes, fields: list[str], counts: list[int], count: int) -> dict[str, Array]:
+def _ascii_columns(
+    path: Path, body: bytes, fields: list[str], counts: list[int], count: int
+) -> dict[str, Array]:
     numbers = np.array(body.split(), dtype=float)
     if numbers.size != count * sum(counts):
         raise RecordingError(f"{path}: has {numbers.size} numbers; its header says {count * sum(counts)}")
