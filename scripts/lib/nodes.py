@@ -13,7 +13,6 @@ from typing import Any
 import actionlib
 import rospy
 import yaml
-from actionlib_msgs.msg import GoalStatus
 from fv_msgs.msg import Box, Contacts, ExploreAction, ExploreGoal, ExploreResult
 from fv_msgs.srv import Screenshot
 from geometry_msgs.msg import Point
@@ -185,7 +184,7 @@ class ExplorationNodes:
     def _watch(self, client: actionlib.SimpleActionClient, timeout_s: float = float("inf")) -> None:
         """Wait for the result; SessionError when a node dies meanwhile."""
         deadline = time.monotonic() + timeout_s
-        while client.get_result() is None or client.get_state() in (GoalStatus.PENDING, GoalStatus.ACTIVE):
+        while client.simple_state != actionlib.SimpleGoalState.DONE:
             self._session.require_alive()
             if time.monotonic() > deadline:
                 raise SessionError(f"the exploration did not end; logs are in {self._session.log_dir}")

@@ -93,11 +93,11 @@ class ViewSettings:
 
     utility_voxels: int = 400
     suppression_radius_m: float = 0.08
-    sampled: int = 3000
+    sampled: int = 2000
     min_reachability: float = 0.5
     waist_step_deg: float = 15.0
-    ray_columns: int = 32
-    ray_rows: int = 24
+    ray_columns: int = 24
+    ray_rows: int = 18
     known_weight: float = 0.5
     min_gain_m3: float = 0.015
     shortlist: int = 24

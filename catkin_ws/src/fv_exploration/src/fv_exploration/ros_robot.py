@@ -12,7 +12,7 @@ import actionlib
 import numpy as np
 import rospy
 import tf2_ros
-from actionlib_msgs.msg import GoalStatus
+from actionlib import SimpleGoalState
 from fv_msgs.msg import (
     ExecuteMotionAction,
     ExecuteMotionGoal,
@@ -145,9 +145,8 @@ class RosRobot:
         """Send a goal and wait for its result; a stop cancels it."""
         client.send_goal(goal)
         cancelled = False
-        while client.get_state() in (GoalStatus.PENDING, GoalStatus.ACTIVE, GoalStatus.PREEMPTING) or (
-            client.get_result() is None and client.get_state() != GoalStatus.LOST
-        ):
+        # Not wait_for_result: it waits in ROS time, which may stand still.
+        while client.simple_state != SimpleGoalState.DONE:
             if rospy.is_shutdown() or client.action_client.pub_goal.get_num_connections() == 0:
                 raise ExplorationError(f"{client.action_client.ns} went away")
             if self._stop() and not cancelled:
