@@ -9,6 +9,7 @@ import math
 import os
 import shutil
 import signal
+import subprocess
 import sys
 import time
 from pathlib import Path
@@ -25,6 +26,7 @@ ROOT = Path(__file__).resolve().parents[2]
 MIN_FREE_BYTES = 200 * 2**20
 
 FILES = {
+    "report.html": "the whole run on one page, with the map in 3D; opens in any browser",
     "run.json": "what was run, with which configuration and versions, and how it ended",
     "metrics.csv": "one row a view: seconds of each step, voxels of each class, expected and real gain",
     "map.bt": "the map as OctoMap file (free, occupied, unknown); opens in octovis",
@@ -108,7 +110,8 @@ def explore(arguments: argparse.Namespace, nodes: ExplorationNodes, folder: Path
         result = nodes.run_exploration(progress)
         contacts = nodes.contacts()
         if not arguments.no_screenshots:
-            progress.say("taking the last picture")
+            progress.say("taking the last pictures")
+            nodes.scene_picture(folder)
             nodes.last_picture(result["views"], result["known_share"])
     record = {
         "world": arguments.world,
@@ -126,6 +129,13 @@ def explore(arguments: argparse.Namespace, nodes: ExplorationNodes, folder: Path
         record["explored_share"] = record["truth"]["explored_share"]
     progress.end()
     return record
+
+
+def write_report(folder: Path) -> None:
+    """report.html; what goes wrong with it is said and takes nothing away from the run."""
+    done = subprocess.run(["rosrun", "fv_viz", "report", str(folder)], capture_output=True, text=True)
+    if done.returncode != 0:
+        print(f"no report.html: {done.stderr.strip().splitlines()[-1:]}", file=sys.stderr)
 
 
 def write_readme(folder: Path) -> None:
@@ -160,6 +170,7 @@ def run(words: list[str]) -> int:
     try:
         record = explore(arguments, nodes, folder)
         write_json(folder / "run.json", record)
+        write_report(folder)
     finally:
         write_readme(folder)
     print(summary(record, folder))

@@ -103,6 +103,15 @@ class ExplorationNodes:
             config = ROOT / "catkin_ws/src/fv_viz/rviz/exploration.rviz"
             session.rosrun("rviz", "rviz", "-d", str(config))
 
+    def scene_picture(self, folder: Path) -> None:
+        """A picture of the simulated world with the robot in it."""
+        self._session.run_once(
+            "hubo_sim",
+            "render_scene",
+            *("--world", self._arguments.world, "--robot", self._arguments.robot),
+            *("--out", str(folder / "scene.png")),
+        )
+
     def run_exploration(self, progress: Progress) -> dict[str, Any]:
         """Explore to the end, or until Ctrl-C; a dictionary of how it ended."""
         client = actionlib.SimpleActionClient("/explore", ExploreAction)
