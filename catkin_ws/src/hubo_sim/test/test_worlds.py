@@ -102,6 +102,12 @@ def test_broken_urdf_and_taken_name_leave_the_scene_as_it_was(tmp_path):
             scene.remove_object("b")
 
 
+def test_gui_without_a_display_is_one_clear_line(monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    with pytest.raises(SimError, match="display"):
+        Scene(gui=True)
+
+
 def test_shipped_parameters_are_the_defaults():
     shipped = yaml.safe_load((package_folder() / "config" / "sim.yaml").read_text())
     assert shipped == vars(SimConfig())

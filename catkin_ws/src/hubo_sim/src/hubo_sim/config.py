@@ -54,6 +54,7 @@ class SimConfig:
     clock_rate_hz: float = 100.0
     joint_state_rate_hz: float = 50.0
     renderer: str = "auto"
+    gui: bool = False
     noise: bool = True
     free_running_sensors: bool | None = None
     self_collision: bool = True
@@ -81,7 +82,7 @@ class SimConfig:
             raise SimError(f"renderer must be one of {', '.join(RENDERERS)}, got {self.renderer!r}")
         if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
             raise SimError(f"seed must be a non-negative integer, got {self.seed!r}")
-        for name in ("lockstep", "noise", "self_collision"):
+        for name in ("lockstep", "gui", "noise", "self_collision"):
             if not isinstance(getattr(self, name), bool):
                 raise SimError(f"{name} must be true or false, got {getattr(self, name)!r}")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import logging
+import os
 from pathlib import Path
 
 import numpy as np
@@ -24,8 +25,13 @@ class Scene:
     """
 
     def __init__(self, physics_rate_hz: float = 240.0, gui: bool = False, egl: bool = True) -> None:
+        if gui and not os.environ.get("DISPLAY"):
+            raise SimError("gui: there is no display")
         with native_output_hidden():
-            self.client = BulletClient(pybullet.GUI if gui else pybullet.DIRECT)
+            try:
+                self.client = BulletClient(pybullet.GUI if gui else pybullet.DIRECT)
+            except pybullet.error as err:
+                raise SimError(f"the physics engine does not start: {err}") from err
             self._egl_plugin = _load_egl(self.client) if egl and not gui else -1
         self.client.setAdditionalSearchPath(pybullet_data.getDataPath())
         self.client.setGravity(0.0, 0.0, -GRAVITY_M_S2)
@@ -55,8 +61,14 @@ class Scene:
 
     def load_world(self, world: World) -> None:
         """Add every object of a world. Raises SimError naming the object that does not load."""
-        for item in world.objects:
-            self.add_object(item)
+        self.client.configureDebugVisualizer(
+            pybullet.COV_ENABLE_RENDERING, 0
+        )  # a window would redraw each time
+        try:
+            for item in world.objects:
+                self.add_object(item)
+        finally:
+            self.client.configureDebugVisualizer(pybullet.COV_ENABLE_RENDERING, 1)
 
     def add_object(self, item: WorldObject) -> int:
         """Add one object and return its body id. Raises SimError when the name is taken or the file is broken."""

@@ -39,7 +39,7 @@ class Simulator:
 
     def __init__(self, spec: RobotSpec, world: World, config: SimConfig) -> None:
         self.spec, self.world, self.config = spec, world, config
-        self.scene = Scene(config.physics_rate_hz, egl=config.renderer != "tiny")
+        self.scene = Scene(config.physics_rate_hz, gui=config.gui, egl=config.renderer != "tiny")
         if config.renderer == "egl" and not self.scene.uses_egl:
             self.scene.close()
             raise SimError("renderer egl does not load here; use auto or tiny")
