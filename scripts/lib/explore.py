@@ -35,6 +35,7 @@ FILES = {
     "known_since.npz": "for each voxel of the volume, the view at which it became known (-1: never)",
     "views.json": "camera poses that were chosen",
     "screenshots": "one picture a view, and the finished map",
+    "recording.bag": "topics of the run; rosrun fv_viz replay plays it into RViz",
     "scene.png": "the simulated world itself, as the robot never sees it",
     "logs": "what each node said",
 }
@@ -62,6 +63,7 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
         "--out", type=Path, metavar="DIR", help="run folder (default: runs/<time>-<world>-<seed>)"
     )
     parser.add_argument("--rviz", action="store_true", help="open RViz and watch")
+    parser.add_argument("--record", action="store_true", help="write a rosbag; rosrun fv_viz replay plays it")
     parser.add_argument("--no-screenshots", action="store_true", help="take no pictures: faster")
     parser.add_argument(
         "--no-truth", action="store_true", help="do not compare the map with the world at the end"

@@ -29,6 +29,7 @@ STATUS_NAMES = {
     getattr(ExploreResult, name): name
     for name in ("COMPLETE", "VIEW_BUDGET", "TIME_BUDGET", "CANCELLED", "FAILED")
 }
+RECORDING = "recording.bag"
 CANCEL_TIMEOUT_S = 60.0
 PICTURE_TIMEOUT_S = 60.0
 
@@ -99,6 +100,8 @@ class ExplorationNodes:
             session.rosrun("fv_viz", "viz_node")
         if not arguments.no_screenshots:
             session.rosrun("fv_viz", "screenshot_node", f"_out_dir:={folder / 'screenshots'}")
+        if arguments.record:
+            session.rosrun("fv_viz", "record", str(folder / RECORDING))
         if arguments.rviz:
             config = ROOT / "catkin_ws/src/fv_viz/rviz/exploration.rviz"
             session.rosrun("rviz", "rviz", "-d", str(config))
