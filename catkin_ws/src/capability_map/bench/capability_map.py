@@ -39,6 +39,7 @@ def run(quick: bool) -> list[dict]:
         rows += [
             row("capability_map", case, counts["seconds"], "s", target=bar,
                 met=None if bar is None else counts["seconds"] <= bar),
+            row("capability_map", f"{robot}: processor time", counts["cpu_seconds"], "s"),
             row("capability_map", f"{robot}: calls of inverse kinematics", counts["ik_calls"], "calls"),
             row("capability_map", f"{robot}: collision checks", counts["collision_checks"], "checks"),
             row("capability_map", f"{robot}: file", megabytes, "MB", target=25.0, met=megabytes <= 25.0),

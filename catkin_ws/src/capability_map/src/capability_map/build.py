@@ -91,7 +91,6 @@ def build_map(
     started = time.monotonic()
     ready = _resume(plan, parts)
     missing = [number for number in range(chunk_count(plan)) if number not in ready]
-    seconds_before = sum(float(_load_part(parts, number)["seconds"]) for number in ready)
     done = len(ready)
     for number, batch in executor(plan, missing):
         _save_part(parts, number, batch)
@@ -100,7 +99,7 @@ def build_map(
         left = elapsed / (done - len(ready)) * (chunk_count(plan) - done)
         report(Progress(done, chunk_count(plan), elapsed, left))
     batches = [_load_part(parts, number) for number in range(chunk_count(plan))]
-    data = assemble(plan, batches, time.monotonic() - started, seconds_before)
+    data = assemble(plan, batches, time.monotonic() - started)
     data.threshold = calibrated_threshold(plan, data)
     store.save(out, data)
     shutil.rmtree(parts, ignore_errors=True)
@@ -196,14 +195,14 @@ def _run_pool(plan: BuildPlan, numbers: list[int], workers: int) -> Iterator[tup
 
 
 def timed_chunk(plan: BuildPlan, number: int) -> dict:
-    """compute_chunk() with the seconds it took."""
-    started = time.monotonic()
+    """compute_chunk() with the seconds of processor time it took."""
+    started = time.process_time()
     batch = compute_chunk(plan, number)
-    batch["seconds"] = time.monotonic() - started
+    batch["seconds"] = time.process_time() - started
     return batch
 
 
-def assemble(plan: BuildPlan, batches: list[dict], seconds: float, seconds_before: float) -> store.MapData:
+def assemble(plan: BuildPlan, batches: list[dict], seconds: float) -> store.MapData:
     """Put the chunks together: spheres in ascending order of their cells, empty ones left out."""
     count = len(batches)
     cells = np.concatenate([chunk_cells(plan, number) for number in range(count)])
@@ -232,7 +231,6 @@ def assemble(plan: BuildPlan, batches: list[dict], seconds: float, seconds_befor
         parameters={**dataclasses.asdict(plan.parameters), "key": plan.key},
         statistics={
             "seconds": seconds,
-            "seconds_resumed": seconds_before,
             "cpu_seconds": float(sum(float(batch["seconds"]) for batch in batches)),
             "cells": grid_cells,
             "cells_skipped_by_bound": grid_cells - len(plan.cells),
