@@ -51,7 +51,10 @@ class PlannerTest(unittest.TestCase):
             time.sleep(0.05)
         cls.ready = robot.group_states[GROUP]["ready"]
         cls.home = robot.group_states[GROUP]["home"]
-        start = {joint: 0.0 for joint in robot.model.moving_joints} | {"RSR": -0.15, "LSR": 0.15} | cls.ready
+        start = dict.fromkeys(robot.model.moving_joints, 0.0)
+        for states in robot.group_states.values():
+            start |= states.get("home", {})
+        start |= cls.ready
         controllers = {c["name"]: c["joints"] for c in rospy.get_param("/controller_list")}
         cls.robot = FakeRobot(controllers, start)
         cls.map = FakeMap()

@@ -17,7 +17,7 @@ def answers(bench, states, checker):
 def test_the_fast_check_never_accepts_what_the_judge_refuses(bench):
     states = bench.random_states(50_000, np.random.default_rng(3))  # in each of two scenes
     fast, judge = answers(bench, states, "distance_field"), answers(bench, states, "judge")
-    assert 0.02 < 1.0 - judge.mean() < 0.98  # both answers occur
+    assert judge.any() and not judge.all()
     assert not (fast & ~judge).any()
     assert (~fast & judge).mean() < 0.001
 

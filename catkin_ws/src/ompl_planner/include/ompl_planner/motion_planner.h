@@ -75,6 +75,8 @@ class MotionPlanner {
   PlannerConfig config_;
   std::shared_ptr<WorldMemory> worlds_;
   std::map<std::string, std::shared_ptr<const fv_robot_model::SelfCollision>> self_;  ///< By group.
+  std::map<std::string, std::shared_ptr<const fv_robot_model::SelfCollision>>
+      bare_self_;  ///< Without padding.
 };
 
 }  // namespace ompl_planner

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "ompl_planner/fast_collision.h"
 #include "ompl_planner/time_parameterization.h"
@@ -38,16 +39,27 @@ class StateChecker {
   /// T_root_link of all links at q; valid until the next call of any member.
   const fv_robot_model::LinkPoses& posesAt(const JointVector& q) const;
 
+  /// Forgives links that come closer to each other than their padding at the start: such pairs may stay
+  /// close, but not touch. Controllers do not track exactly, so a plan's end may be a little closer than the
+  /// plan.
+  /// @param bare The self check without padding.
+  void allowClosePairs(std::shared_ptr<const fv_robot_model::SelfCollision> bare,
+                       const std::vector<fv_robot_model::LinkPair>& pairs);
+
   /// Number of states checked so far.
   std::size_t checks() const { return checks_; }
 
  private:
+  std::optional<fv_robot_model::LinkPair> selfContact(const fv_robot_model::LinkPoses& poses) const;
+
   const fv_robot_model::RobotModel& model_;
   const fv_robot_model::Group& group_;
   std::shared_ptr<const WorldCollision> world_;
   std::shared_ptr<const fv_robot_model::SelfCollision> self_;
   double joint_step_;
   std::shared_ptr<const WorldCheck> fast_;
+  std::shared_ptr<const fv_robot_model::SelfCollision> bare_self_;
+  std::vector<fv_robot_model::LinkPair> close_pairs_;
   mutable Eigen::VectorXd q_all_;
   mutable fv_robot_model::LinkPoses poses_;
   mutable std::size_t checks_{0};

@@ -120,7 +120,9 @@ MotionPlanner::MotionPlanner(std::shared_ptr<const RobotModel> model,
                                           config_.world_check == "fcl_octree");
   for (const std::string& name : model_->groupNames()) {
     const fv_robot_model::SelfCollisionConfig self_config{config_.self_padding_m, true};
-    self_[name] = std::make_shared<fv_robot_model::SelfCollision>(*model_, model_->group(name), self_config);
+    const Group& group = model_->group(name);
+    self_[name] = std::make_shared<fv_robot_model::SelfCollision>(*model_, group, self_config);
+    bare_self_[name] = std::make_shared<fv_robot_model::SelfCollision>(*model_, group);
   }
 }
 
@@ -211,10 +213,14 @@ bool MotionPlanner::prepareStart(Job& job) const {
     *checker = std::make_unique<StateChecker>(*model_, job.group, request.start_all, world, self,
                                               config_.joint_step_rad, check);
   }
-  if (const auto pair = self->firstContact(poses)) {
+  const auto& bare = bare_self_.at(job.group.name);
+  if (const auto pair = bare->firstContact(poses)) {
     return job.fail(PlanStatus::StartInCollision,
                     "start: links '" + pair->first + "' and '" + pair->second + "' touch");
   }
+  const auto close_pairs = self->contacts(poses);
+  job.judge->allowClosePairs(bare, close_pairs);
+  job.searcher->allowClosePairs(bare, close_pairs);
   return true;
 }
 

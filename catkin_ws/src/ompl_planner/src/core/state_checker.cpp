@@ -29,14 +29,29 @@ bool StateChecker::valid(const JointVector& q) const {
   ++checks_;
   const auto& poses = posesAt(q);
   if (fast_ ? fast_->inContact(poses) : world_->inContact(poses)) return false;
-  return !(self_ && self_->inContact(poses));
+  return !selfContact(poses);
+}
+
+void StateChecker::allowClosePairs(std::shared_ptr<const fv_robot_model::SelfCollision> bare,
+                                   const std::vector<fv_robot_model::LinkPair>& pairs) {
+  bare_self_ = std::move(bare);
+  close_pairs_ = pairs;
+}
+
+std::optional<fv_robot_model::LinkPair> StateChecker::selfContact(
+    const fv_robot_model::LinkPoses& poses) const {
+  if (!self_) return std::nullopt;
+  if (close_pairs_.empty()) return self_->firstContact(poses);
+  for (const auto& pair : self_->contacts(poses)) {
+    if (std::find(close_pairs_.begin(), close_pairs_.end(), pair) == close_pairs_.end()) return pair;
+  }
+  return bare_self_->firstContact(poses);
 }
 
 std::string StateChecker::whyInvalid(const JointVector& q) const {
   const auto& poses = posesAt(q);
   if (const auto contact = world_->firstContact(poses)) return describe(model_, *contact);
-  if (!self_) return {};
-  if (const auto pair = self_->firstContact(poses)) {
+  if (const auto pair = selfContact(poses)) {
     return "links '" + pair->first + "' and '" + pair->second + "' touch";
   }
   return {};
