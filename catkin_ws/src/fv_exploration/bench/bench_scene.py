@@ -114,7 +114,8 @@ def tour(room: Room, count: int, seed: int = 3) -> list[Array]:
     poses = []
     while len(poses) < count:
         angle = 2 * math.pi * len(poses) / count
-        position = centre + [reach * math.cos(angle), reach * math.sin(angle), rng.uniform(-0.5, 0.8)]
+        across = np.array([math.cos(angle), math.sin(angle)]) * reach
+        position = centre + np.append(across, rng.uniform(-0.5, 0.8))
         if not room.free(position):
             position[2] = room.high[2] - 0.3
         poses.append(look(position, angle + math.pi * 0.75 + rng.uniform(-0.6, 0.6), rng.uniform(-0.6, 0.3)))
