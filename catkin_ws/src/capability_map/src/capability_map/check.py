@@ -52,7 +52,8 @@ def best_threshold(answer: np.ndarray, truth: np.ndarray) -> float | None:
         worst[float(threshold)] = max(
             100 * (1 - row.accuracy), 50 * (1 - row.found), 100 * row.false_positives
         )
-    return round(min(worst, key=worst.get), 2)
+    nearly_best = min(worst.values()) + 0.1
+    return round(max(threshold for threshold, error in worst.items() if error <= nearly_best), 2)
 
 
 def random_views(cap: CapabilityMap, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:
