@@ -25,7 +25,7 @@ from capability_map.plan import BuildPlan
 from capability_map.shapes import fit_all
 
 CELLS_PER_CHUNK = 64
-CALIBRATION_VIEWS = 40_000
+CALIBRATION_VIEWS = 60_000
 CALIBRATION_SEED = 100  # not among those that `check` and the benches use by default
 _MAX_POOL_DEATHS = 3
 
