@@ -35,7 +35,7 @@ def available() -> dict[str, Path]:
 
 def load(path: Path) -> ModuleType:
     """A bench module; its folder is on the path for what its neighbours share."""
-    sys.path.insert(0, str(path.parent))
+    sys.path.append(str(path.parent))  # last: a bench may have the name of its package
     spec = importlib.util.spec_from_file_location(f"bench_{path.stem}", path)
     module = importlib.util.module_from_spec(spec)
     sys.modules[spec.name] = module

@@ -182,7 +182,9 @@ class Exploration:
 
     def _evaluate(self, step: Step) -> Any:
         evaluation = self._evaluator.update()
-        utility = self._evaluator.utility(self._scan_config.max_range_m)
+        utility = self._evaluator.utility(
+            self._scan_config.max_range_m, max_rays=self._config.evaluation.utility_rays
+        )
         step.counts = {
             **self._map.counts(),
             "frontier": len(evaluation.frontier),

@@ -82,8 +82,10 @@ class EvaluationSettings:
     """Void clusters."""
 
     min_fit: float = 0.5
+    utility_rays: int = 1_000_000
 
     def __post_init__(self) -> None:
+        _require_not_negative(self, "utility_rays")
         _require(0.0 < self.min_fit <= 1.0, "min_fit", self.min_fit, "above 0, at most 1")
 
 

@@ -20,7 +20,7 @@ struct PlannerConfig {
   double time_budget_s{5.0};       ///< Computing time of a request that names none [s].
   double padding_m{0.01};          ///< Links keep this distance from the map's obstacles [m].
   double search_margin_m{0.004};   ///< More than padding_m while searching: the judge samples elsewhere [m].
-  double self_padding_m{0.002};     ///< Links grow by this much against each other [m].
+  double self_padding_m{0.002};    ///< Links grow by this much against each other [m].
   double start_tolerance_m{0.02};  ///< Start links may reach this deep (padding included) into voxels [m].
   double joint_step_rad{0.0087};   ///< Largest joint step between checked states [rad], 0.5 degrees.
   double search_step_rad{
