@@ -120,7 +120,9 @@ TEST(ShapeFit, CoverAllCoversAllAndLeastErrorIsNoWorse) {
     for (const ShapeType type : {ShapeType::Cone, ShapeType::DoubleCone, ShapeType::Ring}) {
       const Shape covering = fitShape(points, valid, type, AngleRule::CoverAll);
       for (Eigen::Index k = 0; k < points.rows(); ++k) {
-        if (valid[static_cast<size_t>(k)]) EXPECT_TRUE(covering.covers(points.row(k)));
+        if (valid[static_cast<size_t>(k)]) {
+          EXPECT_TRUE(covering.covers(points.row(k)));
+        }
       }
       const Shape best = fitShape(points, valid, type, AngleRule::LeastError);
       EXPECT_LE(best.error_percent, covering.error_percent + 1e-9);
