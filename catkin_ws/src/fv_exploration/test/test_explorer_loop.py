@@ -12,10 +12,10 @@ from fv_exploration import (
     OccupancyMap,
     PinholeCamera,
     ScanConfig,
-    view_gain,
 )
 from fv_exploration.exploration import Exploration, ExplorationError, Plan, Reason, Scan
 from fv_exploration.explore_config import ExploreConfig, config_from_dict
+from fv_exploration.gain_judge import GainJudge, VainLooks
 from fv_exploration.known_since import NEVER, KnownSince
 from fv_exploration.reachable_views import ReachableViews
 from fv_exploration.view_choice import ViewChooser
@@ -141,17 +141,20 @@ def make(robot: FlyingCamera, **stop):
         MapConfig(**vars(config.map), bounds_min=tuple(ROOM[0]), bounds_max=tuple(ROOM[1]))
     )
     evaluator = Evaluator(occupancy_map, EvaluationConfig())
+    judge = GainJudge(occupancy_map, EvaluationConfig(), CAMERA)
     base = np.eye(4)
     base[:3, 3] = [-0.4, 0.0, 1.0]
     chooser = ViewChooser(
         config.views,
         ReachableViews(AnyPose(), base[None]),
-        lambda poses: view_gain(occupancy_map, evaluator, poses, CAMERA),
+        judge.gains,
         occupancy_map.classify,
     )
     scan_config = ScanConfig(min_range_m=0.05, max_range_m=3.0)
     listener = Listener()
-    exploration = Exploration(occupancy_map, evaluator, chooser, scan_config, robot, listener, config, seed=3)
+    exploration = Exploration(
+        occupancy_map, evaluator, judge, chooser, scan_config, robot, listener, config, seed=3
+    )
     return exploration, occupancy_map, listener
 
 
@@ -218,6 +221,24 @@ def test_a_camera_without_clouds_is_a_failure_that_says_why():
     outcome = make(FlyingCamera(blind=True))[0].run()
     assert outcome.reason is Reason.FAILED
     assert "no cloud" in outcome.message
+
+
+def test_space_that_two_scans_did_not_reveal_is_expected_no_longer():
+    occupancy_map = OccupancyMap(
+        MapConfig(resolution_m=RESOLUTION_M, bounds_min=tuple(ROOM[0]), bounds_max=tuple(ROOM[1]))
+    )
+    pose = FlyingCamera().pose
+    occupancy_map.mark_free(pose[:3, 3][None])
+    judge = GainJudge(occupancy_map, EvaluationConfig(), CAMERA)
+    before = judge.gains(pose[None]).unknown_volume_m3[0]
+    judge.note(pose)
+    occupancy_map.mark_free(pose[:3, 3][None] + [0, 0.2, 0])
+    assert judge.gains(pose[None]).unknown_volume_m3[0] == pytest.approx(before, abs=0.01)
+    judge.note(pose)
+    occupancy_map.mark_free(pose[:3, 3][None] - [0, 0.2, 0])
+    assert judge.gains(pose[None]).unknown_volume_m3[0] < 0.1 * before
+    unknown = VainLooks(occupancy_map, CAMERA.rays(), 0.05, 3.0)
+    assert len(unknown.voxels()) == 0, "nothing has been looked at yet"
 
 
 def test_known_since_remembers_the_first_view(tmp_path):

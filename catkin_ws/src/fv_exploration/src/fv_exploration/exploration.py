@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fv_exploration.explore_config import ExploreConfig
+from fv_exploration.gain_judge import GainJudge
 from fv_exploration.view_choice import Candidates, ViewChooser
 
 Array = NDArray[np.float64]
@@ -121,6 +122,7 @@ class Exploration:
 
     :param occupancy_map: the one map, with what is known before the first scan.
     :param evaluator: incremental evaluation of that map (frontiers, voids, frontier-voids, utility).
+    :param judge: expects what views will show, and remembers what scans have failed to show.
     :param chooser: makes and ranks candidate views.
     :param scan_config: ``ScanConfig`` of the sensor: range limits, and what a ray without return proves.
     """
@@ -129,6 +131,7 @@ class Exploration:
         self,
         occupancy_map: Any,
         evaluator: Any,
+        judge: GainJudge,
         chooser: ViewChooser,
         scan_config: Any,
         robot: Robot,
@@ -138,6 +141,7 @@ class Exploration:
     ) -> None:
         self._map = occupancy_map
         self._evaluator = evaluator
+        self._judge = judge
         self._chooser = chooser
         self._scan_config = scan_config
         self._robot = robot
@@ -177,6 +181,7 @@ class Exploration:
         self._map.insert_scan(scan.points, scan.T_map_sensor, self._scan_config)
         step.known_share = self._map.known_share()
         step.real_gain_m3 = (step.known_share - known_before) * self._map.volume_m3()
+        self._judge.note(scan.T_map_sensor)
         self._chooser.learn(step.real_gain_m3)
         self._audience.map_changed(self._map)
 

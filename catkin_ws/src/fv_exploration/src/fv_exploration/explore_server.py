@@ -20,10 +20,10 @@ from fv_exploration import (
     OccupancyMap,
     PinholeCamera,
     ScanConfig,
-    view_gain,
 )
 from fv_exploration.exploration import Exploration, ExplorationError, Outcome, Reason
 from fv_exploration.explore_config import ConfigError, ExploreConfig, config_from_dict
+from fv_exploration.gain_judge import GainJudge
 from fv_exploration.reachable_views import ReachableViews
 from fv_exploration.robot_body import RobotBody, clearance_boxes, clearance_voxels
 from fv_exploration.ros_audience import MapPublisher, RosAudience
@@ -112,12 +112,15 @@ class ExploreServer:
         bounds = bounds_from_goal(goal)
         self._robot.wait_until_ready()
         occupancy_map = self._new_map(bounds)
-        evaluator = Evaluator(occupancy_map, EvaluationConfig(min_fit=self._config.evaluation.min_fit))
+        evaluation = EvaluationConfig(min_fit=self._config.evaluation.min_fit)
+        evaluator = Evaluator(occupancy_map, evaluation)
+        judge = GainJudge(occupancy_map, evaluation, self._ray_camera())
         audience = self._audience(bounds)
         exploration = Exploration(
             occupancy_map,
             evaluator,
-            self._chooser(occupancy_map, evaluator),
+            judge,
+            self._chooser(occupancy_map, judge),
             self._scan_config(),
             self._robot,
             audience,
@@ -150,25 +153,24 @@ class ExploreServer:
     def _clearance(self) -> dict[str, Any]:
         return self._exploring.get("clearance", {})
 
-    def _chooser(self, occupancy_map: OccupancyMap, evaluator: Evaluator) -> ViewChooser:
+    def _chooser(self, occupancy_map: OccupancyMap, judge: GainJudge) -> ViewChooser:
         views = self._config.views
-        camera = self._camera(views.ray_columns, views.ray_rows)
         base_poses = self._body.base_poses(
             self._group, self._exploring["capability_group"], math.radians(views.waist_step_deg)
         )
         return ViewChooser(
             views,
             ReachableViews(self._capability, base_poses),
-            lambda poses: view_gain(occupancy_map, evaluator, poses, camera),
+            judge.gains,
             occupancy_map.classify,
         )
 
-    def _camera(self, columns: int, rows: int) -> PinholeCamera:
+    def _ray_camera(self) -> PinholeCamera:
         """The robot's camera, with as many rays as the expected gain is to be cast with."""
         sensor = self._camera_config
         return PinholeCamera(
-            width=columns,
-            height=rows,
+            width=self._config.views.ray_columns,
+            height=self._config.views.ray_rows,
             horizontal_fov_rad=math.radians(sensor["horizontal_fov_deg"]),
             vertical_fov_rad=math.radians(sensor["vertical_fov_deg"]),
             min_range_m=sensor["min_range_m"],
@@ -183,10 +185,9 @@ class ExploreServer:
         )
 
     def _audience(self, bounds: tuple[Array, Array]) -> RosAudience:
-        views = self._config.views
         audience = RosAudience(
             self._map_frame,
-            self._camera(views.ray_columns, views.ray_rows),
+            self._ray_camera(),
             self._map_publisher,
             lambda *figures: self._server.publish_feedback(ExploreFeedback(*figures)),
             RunFolder(Path(self._out_dir)) if self._out_dir else None,
