@@ -117,19 +117,21 @@ class ExplorationNodes:
 
     def run_exploration(self, progress: Progress) -> dict[str, Any]:
         """Explore to the end, or until Ctrl-C; a dictionary of how it ended."""
-        client = actionlib.SimpleActionClient("/explore", ExploreAction)
+        client = actionlib.ActionClient("/explore", ExploreAction)
         self._session.wait_until(
             lambda: client.wait_for_server(rospy.Duration(0.1)), "the exploration node", 60.0
         )
         started_s = rospy.get_time()
-        client.send_goal(self._goal(), feedback_cb=lambda feedback: progress.show(self._line(feedback)))
+        handle = client.send_goal(
+            self._goal(), feedback_cb=lambda _handle, feedback: progress.show(self._line(feedback))
+        )
         try:
-            self._watch(client)
+            self._watch(handle)
         except KeyboardInterrupt:
             progress.say("stopping; what there is will be kept")
-            client.cancel_goal()
-            self._watch(client, CANCEL_TIMEOUT_S)
-        result: ExploreResult = client.get_result()
+            handle.cancel()
+            self._watch(handle, CANCEL_TIMEOUT_S)
+        result: ExploreResult = handle.get_result()
         return {
             "result": STATUS_NAMES[result.status],
             "reason": result.message,
@@ -193,10 +195,10 @@ class ExplorationNodes:
             seed=self._arguments.seed,
         )
 
-    def _watch(self, client: actionlib.SimpleActionClient, timeout_s: float = float("inf")) -> None:
+    def _watch(self, handle: actionlib.ClientGoalHandle, timeout_s: float = float("inf")) -> None:
         """Wait for the result; SessionError when a node dies meanwhile."""
         deadline = time.monotonic() + timeout_s
-        while client.simple_state != actionlib.SimpleGoalState.DONE:
+        while handle.get_comm_state() != actionlib.CommState.DONE:
             self._session.require_alive()
             if time.monotonic() > deadline:
                 raise SessionError(f"the exploration did not end; logs are in {self._session.log_dir}")

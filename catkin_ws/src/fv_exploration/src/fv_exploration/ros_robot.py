@@ -12,7 +12,7 @@ import actionlib
 import numpy as np
 import rospy
 import tf2_ros
-from actionlib import SimpleGoalState
+from actionlib import CommState
 from fv_msgs.msg import (
     ExecuteMotionAction,
     ExecuteMotionGoal,
@@ -59,8 +59,8 @@ class RosRobot:
         self._joints: collections.deque[JointState] = collections.deque(maxlen=400)
         self._tf_buffer = tf2_ros.Buffer(cache_time=rospy.Duration(600.0))
         self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
-        self._planner = actionlib.SimpleActionClient("/ompl_planner/plan", PlanMotionAction)
-        self._executor = actionlib.SimpleActionClient("/ompl_planner/execute", ExecuteMotionAction)
+        self._planner = actionlib.ActionClient("/ompl_planner/plan", PlanMotionAction)
+        self._executor = actionlib.ActionClient("/ompl_planner/execute", ExecuteMotionAction)
         self._joint_sub = rospy.Subscriber("/joint_states", JointState, self._joints.append, queue_size=50)
         self._cloud_sub = rospy.Subscriber(
             config.scan.cloud_topic, PointCloud2, self._clouds.append, queue_size=4
@@ -141,23 +141,24 @@ class RosRobot:
             else (result.message or f"status {result.status}")
         )
 
-    def _call(self, client: actionlib.SimpleActionClient, goal: Any) -> Any:
-        """Send a goal and wait for its result; a stop cancels it."""
-        client.send_goal(goal)
+    def _call(self, client: actionlib.ActionClient, goal: Any) -> Any:
+        """Send a goal and wait for its result; a stop cancels it.
+
+        Polls the goal's handle: SimpleActionClient loses the transitions of an answer that comes before its
+        ``send_goal`` has returned, and its ``wait_for_result`` waits in ROS time, which may stand still.
+        """
+        handle = client.send_goal(goal)
         cancelled = False
-        # Not wait_for_result: it waits in ROS time, which may stand still.
-        while client.simple_state != SimpleGoalState.DONE:
-            if rospy.is_shutdown() or client.action_client.pub_goal.get_num_connections() == 0:
-                raise ExplorationError(f"{client.action_client.ns} went away")
+        while handle.get_comm_state() not in (CommState.DONE, CommState.LOST):
+            if rospy.is_shutdown() or client.pub_goal.get_num_connections() == 0:
+                raise ExplorationError(f"{client.ns} went away")
             if self._stop() and not cancelled:
-                client.cancel_goal()
+                handle.cancel()
                 cancelled = True
             time.sleep(POLL_S)
-        result = client.get_result()
+        result = handle.get_result()
         if result is None:
-            raise ExplorationError(
-                f"{client.action_client.ns} did not answer: {client.get_goal_status_text()}"
-            )
+            raise ExplorationError(f"{client.ns} did not answer: {handle.get_goal_status_text()}")
         return result
 
     def _triggered_cloud(self) -> PointCloud2:
