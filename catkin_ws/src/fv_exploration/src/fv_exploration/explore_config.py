@@ -101,7 +101,7 @@ class ViewSettings:
     ray_columns: int = 24
     ray_rows: int = 18
     known_weight: float = 0.5
-    min_gain_m3: float = 0.02
+    min_gain_m3: float = 0.008
     shortlist: int = 24
     spread_m: float = 0.08
     spread_deg: float = 15.0

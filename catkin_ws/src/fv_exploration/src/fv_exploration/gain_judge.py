@@ -2,7 +2,7 @@
 
 Ray casting takes every unknown voxel in sight for one that will be seen. It is not when the ray ends nowhere (open
 space beyond the sensor's range) or on the robot itself: no return is no proof of free space. Such a voxel would lure
-the camera again and again. One that stayed unknown although two scans looked straight at it no longer counts.
+the camera again and again. One that stayed unknown although three scans looked straight at it no longer counts.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from fv_exploration import EvaluationConfig, Evaluator, OccupancyMap, PinholeCam
 
 Array = NDArray[np.float64]
 
-ENOUGH_LOOKS = 2
+ENOUGH_LOOKS = 3
 UNKNOWN, OCCUPIED = -1, 1
 
 
