@@ -81,8 +81,9 @@ class Pictures(unittest.TestCase):
             self.assertTrue(reply.success, reply.message)
             picture = Picture.open(os.path.join(self.folder.name, "b.png")).convert("RGB")
             colors.append(len(picture.getcolors(1 << 20)))
-        self.assertGreater(colors[0], 10 * colors[1])
-        self.assertGreater(colors[2], 10 * colors[1])
+        # Even the empty picture has the shades of its title; how many depends on the font.
+        self.assertGreater(colors[0], 4 * colors[1])
+        self.assertGreater(colors[2], 4 * colors[1])
 
     def test_wrong_names_are_answered_with_the_right_ones(self):
         self.assertIn("Overview", self.take(ScreenshotRequest(path="c.png", preset="nowhere")).message)
