@@ -232,7 +232,9 @@ def test_space_that_several_scans_did_not_reveal_is_expected_no_longer():
     judge = GainJudge(occupancy_map, EvaluationConfig(), CAMERA)
     before = judge.gains(pose[None]).unknown_volume_m3[0]
     for look in range(ENOUGH_LOOKS):
-        occupancy_map.mark_free(pose[:3, 3][None] + [0, 0.1 * (look + 1), 0])  # the map has a new sequence number
+        occupancy_map.mark_free(
+            pose[:3, 3][None] + [0, 0.1 * (look + 1), 0]
+        )  # the map has a new sequence number
         assert judge.gains(pose[None]).unknown_volume_m3[0] == pytest.approx(before, abs=0.01)
         judge.note(pose)
     occupancy_map.mark_free(pose[:3, 3][None] - [0, 0.2, 0])

@@ -61,9 +61,9 @@ class SimConfig:
     start_pose: str = ""
     world_frame: str = "world"
     goal_grace_s: float = 0.1
-    rest_speed_rad_s: float = 0.005
+    rest_speed_rad_s: float = 0.02
     rest_time_s: float = 0.1
-    settle_timeout_s: float = 3.0
+    settle_timeout_s: float = 5.0
     robot_timeout_s: float = 0.0
 
     def __post_init__(self) -> None:
