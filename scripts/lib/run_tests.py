@@ -168,7 +168,6 @@ def run_pytests(tally: Tally, work: Path, only: list[str]) -> None:
             sys.executable,
             "-m",
             "pytest",
-            "--import-mode=importlib",
             f"--junitxml={report}",
             str(folder),
         ]
