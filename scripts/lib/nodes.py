@@ -19,8 +19,9 @@ from geometry_msgs.msg import Point
 from progress import Progress, bar
 from ros_session import RosSession, SessionError
 
-from fv_exploration.explore_config import ConfigError, ExploreConfig, config_from_dict
+from fv_exploration.explore_config import ExploreConfig
 from hubo_description import RobotDescriptionError, load_robot
+from hubo_description.schema import from_mapping
 from hubo_sim.errors import SimError
 from hubo_sim.worlds import load_world
 
@@ -50,9 +51,9 @@ def read_config(arguments: argparse.Namespace) -> dict[str, Any]:
     if not arguments.no_screenshots:
         values["snapshot_service"] = "/fv_viz/screenshot"
     try:
-        config_from_dict(ExploreConfig, values)
-    except ConfigError as error:
-        raise SessionError(f"exploration parameters: {error}") from error
+        from_mapping(ExploreConfig, values, "exploration parameters")
+    except ValueError as error:
+        raise SessionError(str(error)) from error
     return values
 
 

@@ -14,11 +14,12 @@ from fv_exploration import (
     ScanConfig,
 )
 from fv_exploration.exploration import Exploration, ExplorationError, Plan, Reason, Scan
-from fv_exploration.explore_config import ExploreConfig, config_from_dict
+from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.gain_judge import ENOUGH_LOOKS, GainJudge, VainLooks
 from fv_exploration.known_since import NEVER, KnownSince
 from fv_exploration.reachable_views import ReachableViews
 from fv_exploration.view_choice import ViewChooser
+from hubo_description.schema import from_mapping
 
 ROOM = (np.array([-1.0, -1.0, 0.0]), np.array([1.0, 1.0, 2.0]))
 SHELF = (np.array([0.5, -0.4, 0.0]), np.array([0.9, 0.4, 1.0]))
@@ -129,13 +130,14 @@ class AnyPose:
 
 
 def make(robot: FlyingCamera, **stop):
-    config = config_from_dict(
+    config = from_mapping(
         ExploreConfig,
         {
             "map": {"resolution_m": RESOLUTION_M},
             "views": {"sampled": 300, "utility_voxels": 40, "min_gain_m3": 0.05},
             "stop": {"max_views": 25, **stop},
         },
+        "config",
     )
     occupancy_map = OccupancyMap(
         MapConfig(**vars(config.map), bounds_min=tuple(ROOM[0]), bounds_max=tuple(ROOM[1]))

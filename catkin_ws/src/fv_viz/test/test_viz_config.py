@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from fv_viz.config import ScreenshotConfig, VizConfig, from_params
+from fv_viz.config import ScreenshotConfig, VizConfig
+from hubo_description.schema import from_mapping
 
 FOLDER = Path(__file__).parent.parent / "config"
 
@@ -15,7 +16,7 @@ FOLDER = Path(__file__).parent.parent / "config"
 def test_the_yaml_shows_every_name_and_default(name, kind):
     shown = yaml.safe_load((FOLDER / f"{name}.yaml").read_text())
     assert shown == dataclasses.asdict(kind())
-    assert from_params(kind, shown) == kind()
+    assert from_mapping(kind, shown, "parameters") == kind()
 
 
 @pytest.mark.parametrize(
@@ -32,8 +33,8 @@ def test_the_yaml_shows_every_name_and_default(name, kind):
 )
 def test_a_bad_parameter_is_named(params, word):
     with pytest.raises(ValueError, match=word):
-        from_params(VizConfig, params)
+        from_mapping(VizConfig, params, "parameters")
 
 
 def test_an_integer_will_do_for_a_length():
-    assert from_params(VizConfig, {"view_size_m": 1}).view_size_m == 1.0
+    assert from_mapping(VizConfig, {"view_size_m": 1}, "parameters").view_size_m == 1.0

@@ -1,22 +1,18 @@
-"""Parameters of the exploration, validated when they are made. Names, units and defaults are those of
-``config/exploration.yaml``; a test holds the two together."""
+"""Parameters of the exploration, validated when they are made; hubo_description.schema.from_mapping reads them.
+
+Names, units and defaults are those of ``config/exploration.yaml``; a test holds the two together.
+"""
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
-from typing import Any, TypeVar
-
-
-class ConfigError(ValueError):
-    """A parameter is unknown or out of range; the text names it and what would be valid."""
+from dataclasses import dataclass, field
+from typing import Any
 
 
 def _require(condition: bool, key: str, value: Any, valid: str) -> None:
     if not condition:
-        raise ConfigError(f"{key} is {value!r}; valid: {valid}")
+        raise ValueError(f"{key} is {value!r}; valid: {valid}")
 
 
 def _require_positive(config: Any, *names: str) -> None:
@@ -170,35 +166,3 @@ class ExploreConfig:
     motion: MotionSettings = field(default_factory=MotionSettings)
     stop: StopSettings = field(default_factory=StopSettings)
     snapshot_service: str = ""
-
-
-T = TypeVar("T")
-
-
-def config_from_dict(cls: type[T], values: Mapping[str, Any], where: str = "") -> T:
-    """A (nested) configuration dataclass from plain mappings, as YAML and the parameter server give them.
-
-    :raises ConfigError: for an unknown key (naming the valid ones), a wrong type, or a value out of range.
-    """
-    members = {member.name: member for member in fields(cls)}
-    defaults = cls()
-    for key in values:
-        _require(key in members, f"{where}{key}", values[key], f"one of the keys {', '.join(members)}")
-    converted = {
-        key: _converted(getattr(defaults, key), value, f"{where}{key}") for key, value in values.items()
-    }
-    try:
-        return cls(**converted)
-    except ConfigError as error:
-        raise ConfigError(f"{where}{error}") from None
-
-
-def _converted(default: Any, value: Any, key: str) -> Any:
-    if dataclasses.is_dataclass(default):
-        _require(isinstance(value, Mapping), key, value, "a mapping of parameters")
-        return config_from_dict(type(default), value, f"{key}.")
-    if isinstance(default, float):
-        _require(isinstance(value, int | float) and not isinstance(value, bool), key, value, "a number")
-        return float(value)
-    _require(type(value) is type(default), key, value, f"a value of type {type(default).__name__}")
-    return value

@@ -22,7 +22,7 @@ from fv_exploration import (
     ScanConfig,
 )
 from fv_exploration.exploration import Exploration, ExplorationError, Outcome, Reason
-from fv_exploration.explore_config import ConfigError, ExploreConfig, config_from_dict
+from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.gain_judge import GainJudge
 from fv_exploration.reachable_views import ReachableViews
 from fv_exploration.robot_body import RobotBody, clearance_boxes, clearance_voxels
@@ -30,6 +30,7 @@ from fv_exploration.ros_audience import MapPublisher, RosAudience
 from fv_exploration.ros_robot import RosRobot
 from fv_exploration.run_folder import RunFolder
 from fv_exploration.view_choice import ViewChooser
+from hubo_description.schema import from_mapping
 
 Array = NDArray[np.float64]
 
@@ -43,11 +44,11 @@ STATUS = {
 
 
 def bounds_from_goal(goal: ExploreGoal) -> tuple[Array, Array]:
-    """The exploration volume's corners (3,) [m]; ConfigError when it is inside out or not finite."""
+    """The exploration volume's corners (3,) [m]; ValueError when it is inside out or not finite."""
     minimum = np.array([goal.bounds.min.x, goal.bounds.min.y, goal.bounds.min.z])
     maximum = np.array([goal.bounds.max.x, goal.bounds.max.y, goal.bounds.max.z])
     if not (np.isfinite([minimum, maximum]).all() and (minimum < maximum).all()):
-        raise ConfigError(f"bounds are {minimum} to {maximum}; valid: finite, each minimum below its maximum")
+        raise ValueError(f"bounds are {minimum} to {maximum}; valid: finite, each minimum below its maximum")
     return minimum, maximum
 
 
@@ -58,7 +59,7 @@ class ExploreServer:
     """
 
     def __init__(self) -> None:
-        self._config = config_from_dict(ExploreConfig, rospy.get_param("~config", {}))
+        self._config = from_mapping(ExploreConfig, rospy.get_param("~config", {}), "config")
         self._map_frame: str = rospy.get_param("~map_frame", "world")
         self._out_dir: str = rospy.get_param("~out_dir", "")
         self._robot_config: dict[str, Any] = rospy.get_param("/robot")
@@ -88,7 +89,7 @@ class ExploreServer:
     def _on_goal(self, goal: ExploreGoal) -> None:
         try:
             outcome = self._explore(goal)
-        except (ConfigError, ExplorationError, OSError) as error:
+        except (ValueError, ExplorationError, OSError) as error:
             outcome = Outcome(Reason.FAILED, str(error), 0, 0.0)
         result = ExploreResult(
             status=STATUS[outcome.reason],
@@ -108,7 +109,7 @@ class ExploreServer:
 
     def _explore(self, goal: ExploreGoal) -> Outcome:
         if goal.header.frame_id not in ("", self._map_frame):
-            raise ConfigError(f"bounds are in frame {goal.header.frame_id!r}; valid: {self._map_frame!r}")
+            raise ValueError(f"bounds are in frame {goal.header.frame_id!r}; valid: {self._map_frame!r}")
         bounds = bounds_from_goal(goal)
         self._robot.wait_until_ready()
         occupancy_map = self._new_map(bounds)

@@ -1,13 +1,14 @@
-"""Typed configuration of the nodes. The YAML files in config/ show the same names, defaults and meanings."""
+"""Typed configuration of the nodes, read with hubo_description.schema.from_mapping.
+
+The YAML files in config/ show the same names, defaults and meanings.
+"""
 
 from __future__ import annotations
 
 import dataclasses
-from typing import Any, TypeVar
+from typing import Any
 
 from fv_viz import colors
-
-Config = TypeVar("Config")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,29 +66,6 @@ class ScreenshotConfig:
             _require(160 <= getattr(self, name) <= 8192, name, getattr(self, name), "pixels in 160..8192")
         for name in ("timeout_s", "start_timeout_s", "settle_s"):
             _require(getattr(self, name) > 0.0, name, getattr(self, name), "a positive time [s]")
-
-
-def from_params(kind: type[Config], params: dict[str, Any]) -> Config:
-    """Build a configuration from a parameter dictionary.
-
-    Raises ValueError that names the key: unknown, of the wrong type, or out of range.
-    """
-    fields = {field.name: field for field in dataclasses.fields(kind)}
-    values = {}
-    for key, value in params.items():
-        if key not in fields:
-            raise ValueError(f"unknown parameter {key!r}; known: {', '.join(fields)}")
-        values[key] = _typed(key, value, fields[key].default)
-    return kind(**values)
-
-
-def _typed(key: str, value: Any, default: Any) -> Any:
-    if isinstance(default, float) and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
-    if type(value) is not type(default):
-        wanted, given = type(default).__name__, type(value).__name__
-        raise ValueError(f"parameter {key!r} must be {wanted}, got {given} {value!r}")
-    return value
 
 
 def _require(condition: bool, name: str, value: Any, wanted: str) -> None:

@@ -17,15 +17,16 @@ from PIL import Image as Picture
 from std_msgs.msg import UInt64
 
 from fv_viz import legend
-from fv_viz.config import ScreenshotConfig, VizConfig, from_params
+from fv_viz.config import ScreenshotConfig, VizConfig
 from fv_viz.offscreen.camera import Camera, RvizFailed
+from hubo_description.schema import from_mapping
 
 
 class ScreenshotNode:
     """Serves one picture at a time."""
 
     def __init__(self) -> None:
-        config = from_params(ScreenshotConfig, rospy.get_param("~", {}))
+        config = from_mapping(ScreenshotConfig, rospy.get_param("~", {}), "parameters")
         if not config.config:
             folder = rospkg.RosPack().get_path("fv_viz")
             config = dataclasses.replace(config, config=os.path.join(folder, "rviz", "exploration.rviz"))

@@ -16,9 +16,10 @@ from std_msgs.msg import Header, UInt64
 from visualization_msgs.msg import MarkerArray
 
 from fv_viz import decisions, legend, packing, shapes
-from fv_viz.config import VizConfig, from_params
+from fv_viz.config import VizConfig
 from fv_viz.evaluation import EvaluationDrawing
 from fv_viz.robot import RobotShapes
+from hubo_description.schema import from_mapping
 
 EVALUATION_LAYERS = (
     "occupied",
@@ -56,7 +57,7 @@ class VizNode:
     """Holds the newest message of each source and which layers must be drawn; one thread draws."""
 
     def __init__(self) -> None:
-        self._config = from_params(VizConfig, rospy.get_param("~", {}))
+        self._config = from_mapping(VizConfig, rospy.get_param("~", {}), "parameters")
         self._drawing = EvaluationDrawing(self._config)
         self._messages: dict[str, object] = {}
         self._joints: dict[str, float] = {}
