@@ -168,14 +168,22 @@ class ExplorationNodes:
 
     def _versions(self) -> dict[str, str]:
         """What the figures of this run depend on."""
-        commit = subprocess.run(
-            ["git", "-C", str(ROOT), "describe", "--always", "--dirty"], capture_output=True, text=True
-        )
         names = ("numpy", "scipy", "pybullet", "toppra")
         return {
-            "workspace": commit.stdout.strip() or "unknown",
+            "workspace": self._commit(),
             **{name: importlib.metadata.version(name) for name in names},
         }
+
+    @staticmethod
+    def _commit() -> str:
+        """The commit that this is, or that it cannot be told: without git, or unpacked from an archive."""
+        try:
+            described = subprocess.run(
+                ["git", "-C", str(ROOT), "describe", "--always", "--dirty"], capture_output=True, text=True
+            )
+        except FileNotFoundError:
+            return "unknown (git is not installed)"
+        return described.stdout.strip() or "unknown (no git repository)"
 
     def _require_capability_map(self, progress: Progress) -> None:
         """Build the arm's capability map where set-up has not done so."""

@@ -21,6 +21,9 @@ BUILD = ROOT / "catkin_ws" / "build"
 DEVEL = ROOT / "catkin_ws" / "devel"
 SLOW_S = 20.0
 SUITE_TIMEOUT_S = 1500.0
+SANITIZER_FLAGS = (
+    "-O1 -g1 -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined"
+)
 
 
 @dataclass
@@ -96,29 +99,30 @@ def packages() -> list[str]:
     return sorted(path.parent.name for path in SOURCES.glob("*/package.xml"))
 
 
-def files_under_version_control(*patterns: str) -> list[str]:
-    """Tracked files, for the gates that look at our own code only."""
-    command = ["git", "-C", str(ROOT), "ls-files", "-co", "--exclude-standard", "--", *patterns]
-    listed = subprocess.run(command, capture_output=True, text=True, check=True).stdout.split("\n")
-    return [str(ROOT / name) for name in listed if name and (ROOT / name).exists()]
+def source_files(*suffixes: str) -> list[str]:
+    """Our own files with these suffixes ("" takes in the executables), for the gates."""
+    files = (path for folder in (SOURCES, ROOT / "scripts") for path in sorted(folder.rglob("*")))
+    return [
+        str(path)
+        for path in files
+        if path.suffix in suffixes and path.is_file() and "__pycache__" not in path.parts
+    ]
 
 
 def check_gates(tally: Tally, work: Path) -> None:
     """Style gates: each is one test case."""
     python = [
         name
-        for name in files_under_version_control(
-            "*.py", "catkin_ws/src/*/nodes/*", "catkin_ws/src/*/scripts/*"
-        )
-        if Path(name).suffix == ".py" or Path(name).read_bytes().startswith(b"#!/usr/bin/env python3")
+        for name in source_files(".py", "")
+        if name.endswith(".py") or Path(name).read_bytes().startswith(b"#!/usr/bin/env python3")
     ]
-    cpp = files_under_version_control("*.cpp", "*.hpp", "*.h")
+    cpp = source_files(".cpp", ".hpp", ".h")
     gates = {
         "ruff check": ["ruff", "check", "--output-format", "concise", *python],
         "ruff format": ["ruff", "format", "--check", *python],
         "clang-format": ["clang-format", "--dry-run", "--Werror", *cpp],
         "catkin_lint": ["/usr/bin/catkin_lint", "--quiet", "-W1", "--strict", str(SOURCES)],
-        "YAML": [sys.executable, "-c", CHECK_YAML, *files_under_version_control("*.yaml", "*.yml")],
+        "YAML": [sys.executable, "-c", CHECK_YAML, *source_files(".yaml", ".yml")],
     }
     for name, command in gates.items():
         log = work / f"gate-{name.replace(' ', '-')}.log"
@@ -195,30 +199,27 @@ def run_rostests(tally: Tally, work: Path, only: list[str]) -> None:
 
 
 def run_sanitized(tally: Tally, work: Path, only: list[str]) -> None:
-    """The gtests of the C++ cores once more, built with address and undefined-behaviour sanitizers."""
+    """The gtests once more, built with address and undefined-behaviour sanitizers."""
+    programs = [(package, program.name) for package, program in gtest_programs() if package in only]
     build, devel = ROOT / ".setup" / "sanitized" / "build", ROOT / ".setup" / "sanitized" / "devel"
-    cores = [name for name in only if "FV_SANITIZE" in (SOURCES / name / "CMakeLists.txt").read_text()]
     command = [
         "catkin_make",
         *("-C", str(ROOT / "catkin_ws"), "--build", str(build)),
         f"-DCATKIN_DEVEL_PREFIX={devel}",
-        f"-DCATKIN_WHITELIST_PACKAGES={';'.join(['control_msgs', 'octomap_msgs', 'fv_msgs', *cores])}",
-        *("-DCMAKE_BUILD_TYPE=RelWithDebInfo", "-DFV_SANITIZE=ON", "-DCATKIN_ENABLE_TESTING=ON"),
+        *("-DCMAKE_BUILD_TYPE=None", f"-DCMAKE_CXX_FLAGS={SANITIZER_FLAGS}", "-DCATKIN_ENABLE_TESTING=ON"),
         f"-DPYTHON_EXECUTABLE={sys.executable}",
-        *("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache", "-j2", "tests"),
+        *("-DCMAKE_CXX_COMPILER_LAUNCHER=ccache", "-j2"),
+        *(name for _, name in programs),
     ]
     log = work / "sanitized-build.log"
     if run(command, log) != 0:
         tally.fail(f"build with sanitizers:\n{log.read_text(errors='replace')[-2000:]}")
         return
-    for package, program in gtest_programs():
-        if package in cores:
-            report = work / f"sanitized-{program.name}.xml"
-            sanitized = devel / "lib" / package / program.name
-            code = run(
-                [str(sanitized), f"--gtest_output=xml:{report}"], work / f"sanitized-{program.name}.log"
-            )
-            tally.add_junit(report, f"sanitized {package}/{program.name}", code)
+    for package, name in programs:
+        report = work / f"sanitized-{name}.xml"
+        arguments = [str(devel / "lib" / package / name), f"--gtest_output=xml:{report}"]
+        code = run(arguments, work / f"sanitized-{name}.log", cwd=work)
+        tally.add_junit(report, f"sanitized {package}/{name}", code)
 
 
 def parse_arguments(words: list[str]) -> argparse.Namespace:
