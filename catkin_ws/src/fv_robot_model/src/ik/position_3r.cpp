@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "fv_robot_model/ik/ik_solver.h"
-
 namespace fv_robot_model::ik {
 
 namespace {
@@ -24,12 +22,10 @@ std::array<Eigen::Vector3d, 2> commonNormalFeet(const ChainJoint& a, const Chain
 }  // namespace
 
 Position3R::Position3R(const std::array<ChainJoint, 3>& axes, const Eigen::Vector3d& p,
-                       double limit_tolerance)
-    : tolerance_(limit_tolerance) {
+                       double limit_tolerance) {
   for (size_t i = 0; i < 3; ++i) {
     h_[i] = axes[i].axis;
-    limits_.lower[i] = axes[i].lower;
-    limits_.upper[i] = axes[i].upper;
+    ranges_[i] = JointRange(axes[i], limit_tolerance);
   }
   cos_alpha_ = h_[0].dot(h_[1]);
   const bool parallel = h_[0].cross(h_[1]).norm() < kSameAxis;
@@ -44,9 +40,9 @@ Position3R::Position3R(const std::array<ChainJoint, 3>& axes, const Eigen::Vecto
   }
   p1_ = r2 - r1_;
   const Eigen::Vector3d r3 = axes[2].point + h_[2].dot(r2 - axes[2].point) * h_[2];
-  p2_ = r3 - r2;
-  p3_ = p - r3;
-  scale_ = std::max(1e-3, p1_.norm() + p2_.norm() + p3_.norm());
+  const Eigen::Vector3d p2 = r3 - r2;
+  const Eigen::Vector3d p3 = p - r3;
+  scale_ = std::max(1e-3, p1_.norm() + p2.norm() + p3.norm());
   a_ = p1_.norm();
   const bool meeting = a_ < kSameAxis * scale_;
   kind_ = parallel ? (meeting ? Kind::Coaxial : Kind::Parallel) : (meeting ? Kind::Meeting : Kind::Skew);
@@ -55,18 +51,30 @@ Position3R::Position3R(const std::array<ChainJoint, 3>& axes, const Eigen::Vecto
     e2_ = h_[1].cross(n_);
     sin_alpha_ = h_[0].dot(e2_);
   }
-  k_ = h_[2].dot(p3_) * h_[2];
-  m_ = p3_ - k_;
-  l_ = h_[2].cross(p3_);
+  const Eigen::Vector3d k = h_[2].dot(p3) * h_[2];
+  f0_ = p2 + k;
+  m_ = p3 - k;
+  l_ = h_[2].cross(p3);
+  squared_distance_ = {p2.squaredNorm() + p3.squaredNorm() + 2.0 * p2.dot(k), 2.0 * p2.dot(m_),
+                       2.0 * p2.dot(l_)};
 }
 
-bool Position3R::fit(int joint, double& q) const {
-  const auto i = static_cast<size_t>(joint);
-  return fitToLimits(q, limits_.lower[i], limits_.upper[i], tolerance_);
+bool Position3R::angles(const Solution& solution, double* q) const {
+  for (size_t i = 0; i < 3; ++i) {
+    q[i] = solution.angle[i].angle();
+    if (!ranges_[i].fit(q[i])) return false;
+  }
+  return true;
 }
 
-Position3R::Linear Position3R::squaredDistance() const {
-  return {p2_.squaredNorm() + p3_.squaredNorm() + 2.0 * p2_.dot(k_), 2.0 * p2_.dot(m_), 2.0 * p2_.dot(l_)};
+Eigen::Matrix3d Position3R::remaining(const Solution& solution, const Eigen::Matrix3d& R) const {
+  Eigen::Matrix3d rest = R;
+  for (size_t i = 0; i < 3; ++i) {
+    const CosSin back{solution.angle[i].c, -solution.angle[i].s};
+    for (Eigen::Index column = 0; column < 3; ++column)
+      rest.col(column) = turn(h_[i], back, rest.col(column));
+  }
+  return rest;
 }
 
 void Position3R::solve(const Eigen::Vector3d& target, Solutions& out) const {
@@ -83,51 +91,47 @@ void Position3R::solve(const Eigen::Vector3d& target, Solutions& out) const {
 
 void Position3R::solveMeeting(const Eigen::Vector3d& v, Solutions& out) const {
   // Turns about axes 1 and 2 keep the distance from their common point: |v|^2 = |p2 + R3 p3|^2.
-  const Linear d2 = squaredDistance();
+  const Linear& d2 = squared_distance_;
   const TrigRoots third = trigRoots(d2.cosine, d2.sine, v.squaredNorm() - d2.constant, scale_ * scale_);
   for (int i = 0; i < third.count; ++i) {
     const CosSin& a3 = third.root[static_cast<size_t>(i)];
-    double q3 = a3.angle();
-    if (!fit(2, q3)) continue;
+    if (!ranges_[2].admits(a3)) continue;
     // A turn about axis 1 keeps the height along it: h1 . v = h1 . R2 f.
-    const Eigen::Vector3d f = p2_ + k_ + a3.c * m_ + a3.s * l_;
+    const Eigen::Vector3d f = carriedBy(a3);
     const double along = h_[1].dot(f);
     const double cosine = h_[0].dot(f) - cos_alpha_ * along;
     const double sine = h_[0].dot(h_[1].cross(f));
     const TrigRoots second = trigRoots(cosine, sine, h_[0].dot(v) - cos_alpha_ * along, scale_);
-    for (int j = 0; j < second.count; ++j) first(v, second.root[static_cast<size_t>(j)], a3, q3, out);
+    for (int j = 0; j < second.count; ++j) first(v, second.root[static_cast<size_t>(j)], a3, f, out);
   }
 }
 
 void Position3R::solveParallel(const Eigen::Vector3d& v, Solutions& out) const {
   // Turns about the parallel axes 1 and 2 keep the height along them.
   const double sign = cos_alpha_ > 0.0 ? 1.0 : -1.0;
-  const double rhs = sign * h_[0].dot(v) - h_[1].dot(p2_ + k_);
+  const double rhs = sign * h_[0].dot(v) - h_[1].dot(f0_);
   const TrigRoots third = trigRoots(h_[1].dot(m_), h_[1].dot(l_), rhs, scale_);
-  const Linear d2 = squaredDistance();
   for (int i = 0; i < third.count; ++i) {
     const CosSin& a3 = third.root[static_cast<size_t>(i)];
-    double q3 = a3.angle();
-    if (!fit(2, q3)) continue;
-    const Eigen::Vector3d f = p2_ + k_ + a3.c * m_ + a3.s * l_;
-    const double height = h_[1].dot(f);
-    const double flat2 = d2.at(a3) - height * height;
-    const double X = (v.squaredNorm() - a_ * a_ - d2.at(a3)) / (2.0 * a_);
-    const double Y2 = flat2 - X * X;
+    if (!ranges_[2].admits(a3)) continue;
+    const double height = h_[1].dot(carriedBy(a3));
+    const double squared = squared_distance_.at(a3);
+    const double X = (v.squaredNorm() - a_ * a_ - squared) / (2.0 * a_);
+    const double Y2 = squared - height * height - X * X;
     if (Y2 < -1e-9 * scale_ * scale_) continue;
     const double Y = std::sqrt(std::max(0.0, Y2));
-    secondFromPlane(v, a3, q3, X, Y, out);
-    if (Y > 0.0) secondFromPlane(v, a3, q3, X, -Y, out);
+    secondFromPlane(v, a3, X, Y, out);
+    if (Y > 0.0) secondFromPlane(v, a3, X, -Y, out);
   }
 }
 
 void Position3R::solveSkew(const Eigen::Vector3d& v, Solutions& out) const {
   // With g = R2 f in the frame (n, e2, h2): the distance from axis 1's foot gives X, the height along axis 1
   // gives Y, and X^2 + Y^2 + Z^2 = |f|^2 is left for the third angle.
-  const Linear d2 = squaredDistance();
+  const Linear& d2 = squared_distance_;
   const double base = v.squaredNorm() - a_ * a_;
   const Linear X{(base - d2.constant) / (2.0 * a_), -d2.cosine / (2.0 * a_), -d2.sine / (2.0 * a_)};
-  const Linear Z{h_[1].dot(p2_ + k_), h_[1].dot(m_), h_[1].dot(l_)};
+  const Linear Z{h_[1].dot(f0_), h_[1].dot(m_), h_[1].dot(l_)};
   const Linear Y{(h_[0].dot(v) - cos_alpha_ * Z.constant) / sin_alpha_, -cos_alpha_ * Z.cosine / sin_alpha_,
                  -cos_alpha_ * Z.sine / sin_alpha_};
   std::array<double, 6> k{-d2.constant, -d2.cosine, -d2.sine, 0.0, 0.0, 0.0};
@@ -142,41 +146,37 @@ void Position3R::solveSkew(const Eigen::Vector3d& v, Solutions& out) const {
   const QuarticAngles third = quarticAngles(k);
   for (int i = 0; i < third.count; ++i) {
     const CosSin& a3 = third.root[static_cast<size_t>(i)];
-    double q3 = a3.angle();
-    if (fit(2, q3)) secondFromPlane(v, a3, q3, X.at(a3), Y.at(a3), out);
+    if (ranges_[2].admits(a3)) secondFromPlane(v, a3, X.at(a3), Y.at(a3), out);
   }
 }
 
-void Position3R::secondFromPlane(const Eigen::Vector3d& v, const CosSin& third, double q3, double X, double Y,
+void Position3R::secondFromPlane(const Eigen::Vector3d& v, const CosSin& third, double X, double Y,
                                  Solutions& out) const {
-  const Eigen::Vector3d f = p2_ + k_ + third.c * m_ + third.s * l_;
+  const Eigen::Vector3d f = carriedBy(third);
   const double x = n_.dot(f);
   const double y = e2_.dot(f);
   const double c = x * X + y * Y;
   const double s = x * Y - y * X;
-  const double norm = std::hypot(c, s);
+  const double norm = std::sqrt(c * c + s * s);
   if (norm < 1e-14 * scale_ * scale_) return;  // f on axis 2: the turn about it is free, a singular position
-  first(v, {c / norm, s / norm}, third, q3, out);
+  first(v, {c / norm, s / norm}, third, f, out);
 }
 
-void Position3R::first(const Eigen::Vector3d& v, const CosSin& second, const CosSin& third, double q3,
-                       Solutions& out) const {
-  double q2 = second.angle();
-  if (!fit(1, q2)) return;
-  const Eigen::Vector3d f = p2_ + k_ + third.c * m_ + third.s * l_;
-  const AlignedAngle turned = alignAbout(h_[0], p1_ + turn(h_[1], second, f), v, scale_);
+void Position3R::first(const Eigen::Vector3d& v, const CosSin& second, const CosSin& third,
+                       const Eigen::Vector3d& f, Solutions& out) const {
+  if (!ranges_[1].admits(second)) return;
+  const Eigen::Vector3d carried = p1_ + turn(h_[1], second, f);
+  const AlignedAngle turned = alignAbout(h_[0], carried, v, scale_);
   // On the first axis every angle will do: spread some over the range.
   const int samples = turned.any_angle ? 8 : 1;
   for (int i = 0; i < samples && out.count < static_cast<int>(out.item.size()); ++i) {
-    double q1 = turned.any_angle
-                    ? limits_.lower[0] + (limits_.upper[0] - limits_.lower[0]) * (i + 0.5) / samples
-                    : turned.angle.angle();
-    if (!fit(0, q1)) continue;
-    const CosSin a1 = turned.any_angle ? cosSin(q1) : turned.angle;
-    Solution& solution = out.item[static_cast<size_t>(out.count++)];
-    solution.q = {q1, q2, q3};
-    solution.R = rotationAbout(h_[0], a1.c, a1.s) * rotationAbout(h_[1], second.c, second.s) *
-                 rotationAbout(h_[2], third.c, third.s);
+    const double share = (i + 0.5) / samples;
+    const CosSin a1 = turned.any_angle
+                          ? cosSin(ranges_[0].lower() + (ranges_[0].upper() - ranges_[0].lower()) * share)
+                          : turned.angle;
+    if (!ranges_[0].admits(a1)) continue;
+    const double missed = (turn(h_[0], a1, carried) - v).norm();
+    out.item[static_cast<size_t>(out.count++)] = {{a1, second, third}, missed};
   }
 }
 

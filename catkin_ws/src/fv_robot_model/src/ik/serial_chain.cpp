@@ -91,16 +91,20 @@ Eigen::Isometry3d SerialChain::forward(const double* q) const {
 
 Eigen::Matrix<double, 6, Eigen::Dynamic> SerialChain::jacobian(const double* q) const {
   Eigen::Matrix<double, 6, Eigen::Dynamic> J(6, dof());
-  const Eigen::Vector3d tip = forward(q).translation();
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   for (int i = 0; i < dof(); ++i) {
-    const Eigen::Vector3d axis = T.linear() * joint(i).axis;
+    J.col(i) << T * joint(i).point, T.linear() * joint(i).axis;
+    T = T * jointMotion(joint(i), q[i]);
+  }
+  const Eigen::Vector3d tip = T * T_base_tip_zero_.translation();
+  for (int i = 0; i < dof(); ++i) {
+    const Eigen::Vector3d point = J.col(i).head<3>();
+    const Eigen::Vector3d axis = J.col(i).tail<3>();
     if (joint(i).prismatic) {
       J.col(i) << axis, Eigen::Vector3d::Zero();
     } else {
-      J.col(i) << axis.cross(tip - T * joint(i).point), axis;
+      J.col(i).head<3>() = axis.cross(tip - point);
     }
-    T = T * jointMotion(joint(i), q[i]);
   }
   return J;
 }

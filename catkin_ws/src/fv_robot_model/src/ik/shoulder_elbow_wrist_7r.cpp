@@ -79,13 +79,6 @@ std::array<ChainJoint, 3> tripleOf(const SerialChain& chain, int first) {
   return {chain.joint(first), chain.joint(first + 1), chain.joint(first + 2)};
 }
 
-SphericalJoint sphericalOf(const std::array<ChainJoint, 3>& joints, double tolerance) {
-  return {{joints[0].axis, joints[1].axis, joints[2].axis},
-          {{joints[0].lower, joints[1].lower, joints[2].lower},
-           {joints[0].upper, joints[1].upper, joints[2].upper}},
-          tolerance};
-}
-
 class ShoulderElbowWrist7R : public IkSolver {
  public:
   ShoulderElbowWrist7R(const SerialChain& chain, const IkOptions& options, const Eigen::Vector3d& shoulder,
@@ -94,8 +87,8 @@ class ShoulderElbowWrist7R : public IkSolver {
         shoulder_(shoulder),
         wrist_(wrist),
         T_zero_inverse_(chain.zeroPose().inverse()),
-        upper_(sphericalOf(tripleOf(chain, 0), options.limit_tolerance_rad)),
-        lower_(sphericalOf(tripleOf(chain, 4), options.limit_tolerance_rad)),
+        upper_(tripleOf(chain, 0), options.limit_tolerance_rad),
+        lower_(tripleOf(chain, 4), options.limit_tolerance_rad),
         upper_breaks_(tripleOf(chain, 0)),
         lower_breaks_(tripleOf(chain, 4)) {}
 
@@ -172,9 +165,9 @@ class ShoulderElbowWrist7R : public IkSolver {
     lower_.solve(left * turned.transpose() * R_end, lower);
     for (int i = 0; i < upper.count; ++i) {
       for (int j = 0; j < lower.count; ++j) {
-        const auto& a = upper.q[static_cast<size_t>(i)];
-        const auto& b = lower.q[static_cast<size_t>(j)];
-        double q[7] = {a[0], a[1], a[2], q4, b[0], b[1], b[2]};
+        const auto& a = upper.item[static_cast<size_t>(i)];
+        const auto& b = lower.item[static_cast<size_t>(j)];
+        double q[7] = {a.q[0], a.q[1], a.q[2], q4, b.q[0], b.q[1], b.q[2]};
         accept(T, q, out);
       }
     }

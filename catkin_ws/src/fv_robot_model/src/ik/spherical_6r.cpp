@@ -25,10 +25,7 @@ class Spherical6R : public IkSolver {
         center_(center),
         T_zero_inverse_(chain.zeroPose().inverse()),
         position_({ordered[0], ordered[1], ordered[2]}, center, options.limit_tolerance_rad),
-        wrist_({ordered[3].axis, ordered[4].axis, ordered[5].axis},
-               {{ordered[3].lower, ordered[4].lower, ordered[5].lower},
-                {ordered[3].upper, ordered[4].upper, ordered[5].upper}},
-               options.limit_tolerance_rad) {}
+        wrist_({ordered[3], ordered[4], ordered[5]}, options.limit_tolerance_rad) {}
 
   bool solvable() const { return position_.solvable(); }
   bool exact() const override { return true; }
@@ -50,20 +47,30 @@ class Spherical6R : public IkSolver {
     SphericalJoint::Solutions wrists;
     for (int i = 0; i < arms.count; ++i) {
       const Position3R::Solution& arm = arms.item[static_cast<size_t>(i)];
-      wrist_.solve(arm.R.transpose() * E.linear(), wrists);
-      for (int j = 0; j < wrists.count; ++j) emit(T_base_tip, arm.q, wrists.q[static_cast<size_t>(j)], out);
+      wrist_.solve(position_.remaining(arm, E.linear()), wrists);
+      double q[3];
+      if (wrists.count == 0 || !position_.angles(arm, q)) continue;
+      for (int j = 0; j < wrists.count; ++j)
+        emit(T_base_tip, arm.error_m, q, wrists.item[static_cast<size_t>(j)], out);
     }
   }
 
  private:
-  void emit(const Eigen::Isometry3d& T_base_tip, const std::array<double, 3>& arm,
-            const std::array<double, 3>& wrist, IkSolutions& out) const {
+  void emit(const Eigen::Isometry3d& T_base_tip, double error_m, const double* arm,
+            const SphericalJoint::Solution& wrist, IkSolutions& out) const {
     double q[6];
     for (size_t k = 0; k < 3; ++k) {
       q[reversed_ ? 5 - k : k] = arm[k];
-      q[reversed_ ? 2 - k : 3 + k] = wrist[k];
+      q[reversed_ ? 2 - k : 3 + k] = wrist.q[k];
     }
-    accept(T_base_tip, q, out);
+    // What the subproblems miss, seen at the tip: far below any tolerance but next to singular positions.
+    constexpr double kGood = 1e-9;
+    const Eigen::Vector3d tip = reversed_ ? T_base_tip.translation() : chain_.zeroPose().translation();
+    if (error_m + (tip - center_).norm() * wrist.error_rad < kGood && wrist.error_rad < kGood) {
+      out.push(q);
+    } else {
+      accept(T_base_tip, q, out);
+    }
   }
 
   bool reversed_;

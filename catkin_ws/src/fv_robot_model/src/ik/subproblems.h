@@ -55,15 +55,16 @@ inline TrigRoots trigRoots(double b, double c, double rhs, double scale) {
 struct AlignedAngle {
   CosSin angle;
   bool any_angle{false};  ///< p or q lies on the axis.
+  double norm{0.0};       ///< Product of the distances of p and q from the axis.
 };
 
 inline AlignedAngle alignAbout(const Eigen::Vector3d& h, const Eigen::Vector3d& p, const Eigen::Vector3d& q,
                                double scale) {
   const double c = p.dot(q) - h.dot(p) * h.dot(q);
   const double s = h.dot(p.cross(q));
-  const double norm = std::hypot(c, s);
-  if (norm < 1e-14 * scale * scale) return {{1.0, 0.0}, true};
-  return {{c / norm, s / norm}, false};
+  const double norm = std::sqrt(c * c + s * s);
+  if (norm < 1e-14 * scale * scale) return {{1.0, 0.0}, true, norm};
+  return {{c / norm, s / norm}, false, norm};
 }
 
 /// Real roots of a monic or general polynomial of degree <= 4, coefficients by ascending power.
