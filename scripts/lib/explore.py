@@ -20,7 +20,7 @@ from progress import Progress
 from ros_session import RosSession, SessionError
 from truth import compare_with_world
 
-from fv_exploration.run_folder import write_json
+from fv_exploration.run_folder import write_json, write_replacing
 
 ROOT = Path(__file__).resolve().parents[2]
 MIN_FREE_BYTES = 200 * 2**20
@@ -143,7 +143,8 @@ def write_report(folder: Path) -> None:
 def write_readme(folder: Path) -> None:
     """One line for each thing that is in the run folder."""
     lines = [f"{name:16} {text}" for name, text in FILES.items() if (folder / name).exists()]
-    (folder / "README.txt").write_text("What is in this folder:\n\n" + "\n".join(lines) + "\n")
+    text = "What is in this folder:\n\n" + "\n".join(lines) + "\n"
+    write_replacing(folder / "README.txt", lambda beside: beside.write_text(text))
 
 
 def summary(record: dict[str, Any], folder: Path) -> str:
