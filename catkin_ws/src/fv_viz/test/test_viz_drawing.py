@@ -12,7 +12,7 @@ from visualization_msgs.msg import Marker, MarkerArray
 from fv_viz import decisions, packing
 from fv_viz.config import VizConfig
 from fv_viz.evaluation import EvaluationDrawing
-from fv_viz.layers import unknown_centers, utility_values
+from fv_viz.layers import unknown_cells, utility_values
 from fv_viz.robot import RobotShapes
 
 HEADER = viz_synthetic.HEADER
@@ -90,7 +90,13 @@ def test_a_void_and_its_frontiers_share_a_colour(drawing, evaluation):
 
 def test_unknown_is_what_is_neither_free_nor_occupied():
     known = np.array([[0.05, 0.05, 0.05], [5.0, 5.0, 5.0]])
-    assert len(unknown_centers((0, 0, 0), (0.3, 0.2, 0.1), 0.1, known)) == 3 * 2 * 1 - 1
+    first, cells = unknown_cells((0.1, -0.2, 0), (0.4, 0.1, 0.1), 0.1, known + 0.1)
+    assert first.tolist() == [0, -2, 1]
+    assert cells.shape == (1, 3, 3)
+    assert cells.sum() == 9
+    _, cells = unknown_cells((0, 0, 0), (0.3, 0.2, 0.1), 0.1, known)
+    assert cells.sum() == 3 * 2 * 1 - 1
+    assert cells[0, 0, 0] == 0
 
 
 def test_low_and_nan_utilities_are_not_drawn():

@@ -109,7 +109,7 @@ def test_encoded_faces_cover_the_surface_of_a_cube():
     grid = (np.argwhere(np.ones((4, 4, 4))) + 0.5) * 0.1
     faces = encoded_faces(grid, 0.1, np.full(64, 254, np.uint8))
     assert FACE.itemsize == 10
-    assert faces["length"].sum() == 6 * 16
+    assert (faces["length"].astype(int) * faces["width"]).sum() == 6 * 16
     assert set(faces["since"]) == {0}
 
 

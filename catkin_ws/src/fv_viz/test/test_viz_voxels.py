@@ -48,12 +48,13 @@ def oracle(cells, nested):
 
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("nested", [False, True])
-def test_faces_are_those_of_the_oracle(seed, nested):
+@pytest.mark.parametrize("upright", [False, True])
+def test_faces_are_those_of_the_oracle(seed, nested, upright):
     rng = np.random.default_rng(seed)
     cells = {
         tuple(c): int(v) for c, v in zip(rng.integers(-9, 9, (600, 3)), rng.integers(1, 4, 600), strict=True)
     }
-    blocks = VoxelBlocks(RESOLUTION, block=8, nested=nested)
+    blocks = VoxelBlocks(RESOLUTION, block=8, nested=nested, upright=upright)
     blocks.update(centers_of(list(cells)), np.array(list(cells.values()), np.uint8))
     assert unit_faces(blocks) == oracle(cells, nested)
 
@@ -74,6 +75,19 @@ def test_blocks_not_reported_as_changed_keep_their_faces(seed):
         assert shown <= set(blocks.blocks())
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_an_array_of_voxels_is_as_good_as_a_list(seed):
+    rng = np.random.default_rng(seed)
+    arrays = [rng.integers(0, 3, rng.integers(1, 30, 3)).astype(np.uint8) for _ in range(3)]
+    dense, sparse = VoxelBlocks(RESOLUTION, block=8), VoxelBlocks(RESOLUTION, block=8)
+    for values in [*arrays, np.zeros((2, 3, 4), np.uint8)]:
+        first = rng.integers(-20, 20, 3)
+        cells = np.argwhere(values)
+        changed = sparse.update(centers_of((cells + first)[:, ::-1]), values[tuple(cells.T)])
+        assert dense.update_dense(first, values) == changed
+        assert unit_faces(dense) == unit_faces(sparse)
+
+
 def test_one_new_voxel_changes_few_blocks():
     grid = np.argwhere(np.ones((40, 40, 40)))
     blocks = VoxelBlocks(RESOLUTION, block=10)
@@ -82,14 +96,16 @@ def test_one_new_voxel_changes_few_blocks():
     assert len(blocks.update(centers_of(np.vstack([grid, [[5, 5, 40]]])))) <= 2
 
 
-def test_a_full_cube_is_a_few_long_quads_of_the_right_area():
+@pytest.mark.parametrize(("upright", "count"), [(True, 6), (False, 4 * 20 + 2)])
+def test_a_full_cube_is_a_few_large_quads_of_the_right_area(upright, count):
     grid = np.argwhere(np.ones((20, 20, 20)))
-    blocks = VoxelBlocks(RESOLUTION, block=20)
+    blocks = VoxelBlocks(RESOLUTION, block=20, upright=upright)
     blocks.update(centers_of(grid))
     quads = all_quads(blocks)[0]
     sides = quads.corners[:, 1:3] - quads.corners[:, 0:2]
     area = np.prod(np.linalg.norm(sides, axis=2), axis=1).sum()
-    assert len(quads) == 6 * 20
+    assert len(quads) == count
+    assert quads.sizes.prod(axis=1).sum() == 6 * 400
     assert area == pytest.approx(6 * 1.0)
 
 

@@ -60,11 +60,11 @@ class EvaluationDrawing:
 
     def unknown(self, header: Header, msg, full: bool) -> list[bytes]:
         """Space of the exploration volume that is neither free nor occupied; nothing while the volume is not known."""
-        centers = np.empty((0, 3))
-        if self._bounds is not None:
-            known = np.concatenate([triples(msg.free), triples(msg.occupied)])
-            centers = layers.unknown_centers(*self._bounds, msg.resolution, known)
-        return self._unknown.update(header, msg.resolution, centers, full=full)
+        if self._bounds is None:
+            return self._unknown.update(header, msg.resolution, np.empty((0, 3)), full=full)
+        known = np.concatenate([triples(msg.free), triples(msg.occupied)])
+        cells = layers.unknown_cells(*self._bounds, msg.resolution, known)
+        return self._unknown.update_dense(header, msg.resolution, *cells, full)
 
     def frontier(self, header: Header, msg, full: bool) -> list[bytes]:
         """Frontier voxels in one colour; their faces towards free space are left out, half of all."""

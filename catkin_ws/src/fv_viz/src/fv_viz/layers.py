@@ -29,7 +29,7 @@ class VoxelLayer:
 
     def __init__(self, namespace: str, paint: Paint, config: VizConfig, nested: bool = False) -> None:
         self.namespace, self._paint, self._nested = namespace, paint, nested
-        self._block = config.block_voxels
+        self._block, self._upright = config.block_voxels, not isinstance(paint, HeightPaint)
         self._blocks: VoxelBlocks | None = None
         self._numbers: dict[tuple[int, int, int], int] = {}
 
@@ -38,11 +38,24 @@ class VoxelLayer:
 
         full: send every block, after the caller has cleared the display (a new subscriber knows nothing).
         """
-        if self._blocks is None or self._blocks.resolution != resolution:
-            self._blocks, full = VoxelBlocks(resolution, self._block, self._nested), True
+        full |= self._begin(resolution)
         dirty = self._blocks.update(centers, values)
-        names = self._blocks.blocks() if full else dirty
-        return [self._marker(header, name) for name in names]
+        return [self._marker(header, name) for name in (self._blocks.blocks() if full else dirty)]
+
+    def update_dense(
+        self, header: Header, resolution: float, first: np.ndarray, values: np.ndarray, full: bool = False
+    ) -> list[bytes]:
+        """As update, for voxels that come as an array: see VoxelBlocks.update_dense."""
+        full |= self._begin(resolution)
+        dirty = self._blocks.update_dense(first, values)
+        return [self._marker(header, name) for name in (self._blocks.blocks() if full else dirty)]
+
+    def _begin(self, resolution: float) -> bool:
+        """Begin anew when the voxels have another size; True when so."""
+        if self._blocks is not None and self._blocks.resolution == resolution:
+            return False
+        self._blocks = VoxelBlocks(resolution, self._block, self._nested, self._upright)
+        return True
 
     def _marker(self, header: Header, name: tuple[int, int, int]) -> bytes:
         number = self._numbers.setdefault(name, len(self._numbers))
@@ -121,12 +134,13 @@ def skin(centers: np.ndarray, resolution: float) -> np.ndarray:
     return centers[~inner[tuple((index - 1).T)]]
 
 
-def unknown_centers(low, high, resolution: float, known: np.ndarray) -> np.ndarray:
-    """Centres (N, 3) [m] of the voxels inside the box low..high (3,) that are not in known (K, 3)."""
-    first = np.rint(np.asarray(low) / resolution).astype(np.int64)
-    counts = np.maximum(np.rint(np.asarray(high) / resolution).astype(np.int64) - first, 0)
-    mask = np.ones(counts, dtype=bool)
-    index = np.rint(np.asarray(known).reshape(-1, 3) / resolution - 0.5).astype(np.int64) - first
-    index = index[((index >= 0) & (index < counts)).all(axis=1)]
-    mask[tuple(index.T)] = False
-    return (np.argwhere(mask) + first + 0.5) * resolution
+def unknown_cells(low, high, resolution: float, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The voxels inside the box low..high (3,) [m] that are not in known (K, 3): see VoxelBlocks.update_dense."""
+    first = np.rint(np.asarray(low)[::-1] / resolution).astype(np.int64)
+    counts = np.maximum(np.rint(np.asarray(high)[::-1] / resolution).astype(np.int64) - first, 0)
+    cells = np.ones(counts, dtype=np.uint8)
+    index = np.rint(np.asarray(known).reshape(-1, 3).T[::-1] / resolution - 0.5).astype(np.int64)
+    index -= first[:, None]
+    index = index[:, ((index >= 0) & (index < counts[:, None])).all(axis=0)]
+    cells[tuple(index)] = 0
+    return first, cells

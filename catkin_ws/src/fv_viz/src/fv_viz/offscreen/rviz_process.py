@@ -1,7 +1,7 @@
 """RViz as a program that takes orders: JSON lines in, JSON lines out. Run as a module, by RvizProcess only.
 
-Orders: {"camera": [...], "preset": str, "show": [...], "hide": [...], "grab": file, "settle_s": s}. Between orders
-RViz does not render, so that it costs nothing.
+Orders: {"camera": [...], "preset": str, "show": [...], "hide": [...], "settle_s": s} with "grab": file for a picture or
+"measure_s": s for the frames per second. Between orders RViz does not render, so that it costs nothing.
 """
 
 from __future__ import annotations
@@ -53,13 +53,14 @@ class Renderer:
         self._look(order.get("preset", ""), order.get("camera", []))
         self._wake()
         try:
-            stable = self._settle(float(order.get("settle_s", 5.0)))
-            saved = self._grab().save(order["grab"], "PNG")
+            reply = {"stable": self._settle(float(order.get("settle_s", 5.0)))}
+            if "grab" in order and not self._grab().save(order["grab"], "PNG"):
+                raise OSError(f"cannot write {order['grab']}")
+            if "measure_s" in order:
+                reply["frames_per_s"] = self._rate(float(order["measure_s"]))
         finally:
             self._rest()
-        if not saved:
-            raise OSError(f"cannot write {order['grab']}")
-        return {"stable": stable, "topics": self._topics(), "errors": self._errors()}
+        return {**reply, "topics": self._topics(), "errors": self._errors()}
 
     def work(self, seconds: float) -> None:
         """Let Qt and RViz run for a while."""
@@ -122,6 +123,12 @@ class Renderer:
         while self._manager.getFrameCount() < goal and time.monotonic() < deadline:
             self._app.processEvents()
             time.sleep(0.005)
+
+    def _rate(self, seconds: float) -> float:
+        """Frames that RViz draws in a second."""
+        started, first = time.monotonic(), self._manager.getFrameCount()
+        self.work(seconds)
+        return (self._manager.getFrameCount() - first) / (time.monotonic() - started)
 
     def _settle(self, limit_s: float) -> bool:
         """Wait until the picture does not change any more; False when it still does at the limit."""

@@ -41,12 +41,13 @@ def _layer(data: RunData, name: str) -> dict[str, Any]:
     values = (
         _known_since(data, points) if name in ("occupied", "free") else np.full(len(points), _LAST, np.uint8)
     )
-    faces = encoded_faces(points, data.resolution, values)
+    plain = name in colors.CLASSES  # else coloured by height
+    faces = encoded_faces(points, data.resolution, values, upright=plain)
     alpha, shown = LOOKS[name]
     return {
         "name": name,
         "count": len(points),
-        "rgb": np.round(colors.rgb(name) * 255).astype(int).tolist() if name in colors.CLASSES else None,
+        "rgb": np.round(colors.rgb(name) * 255).astype(int).tolist() if plain else None,
         "alpha": alpha,
         "shown": shown,
         "drawn": len(faces) <= MAX_FACES,
@@ -54,21 +55,25 @@ def _layer(data: RunData, name: str) -> dict[str, Any]:
     }
 
 
-FACE = np.dtype([("cell", "<i2", 3), ("direction", "u1"), ("length", "u1"), ("since", "u1"), ("pad", "u1")])
+FACE = np.dtype([("cell", "<i2", 3), ("direction", "u1"), ("length", "u1"), ("since", "u1"), ("width", "u1")])
 
 
-def encoded_faces(points: np.ndarray, resolution: float, values: np.ndarray) -> np.ndarray:
-    """Rows of faces (F,) of dtype FACE: lower corner in voxels, direction, length, view of first sight."""
-    blocks = VoxelBlocks(resolution, block=64, nested=True)
+def encoded_faces(
+    points: np.ndarray, resolution: float, values: np.ndarray, upright: bool = False
+) -> np.ndarray:
+    """Rectangles of faces (F,) of dtype FACE: lower corner and size in voxels, direction, view of first sight.
+
+    upright: see VoxelBlocks.
+    """
+    blocks = VoxelBlocks(resolution, block=64, nested=True, upright=upright)
     blocks.update(points, values)
     found = [np.empty(0, FACE)]
     for name in blocks.blocks():
         quads = blocks.faces(name)
         part = np.zeros(len(quads), FACE)
-        low, high = quads.corners.min(axis=1) / resolution, quads.corners.max(axis=1) / resolution
-        part["cell"] = np.clip(np.rint(low), -32768, 32767)
+        part["cell"] = np.clip(np.rint(quads.corners.min(axis=1) / resolution), -32768, 32767)
         part["direction"] = quads.directions
-        part["length"] = np.rint((high - low).max(axis=1))
+        part["length"], part["width"] = quads.sizes.T
         part["since"] = _LAST - quads.values
         found.append(part)
     return np.concatenate(found)

@@ -69,7 +69,7 @@
       for (let corner = 0; corner < 6; corner++) {
         const at = [...cell];
         at[along] += CORNERS[corner][0] * bytes[face * 10 + 7];
-        at[other] += CORNERS[corner][1];
+        at[other] += CORNERS[corner][1] * bytes[face * 10 + 9];
         for (let k = 0; k < 3; k++) places[face * 18 + corner * 3 + k] = at[k] * data.resolution;
         for (let k = 0; k < 3; k++) tints[face * 24 + corner * 4 + k] = color[k] * shade;
         tints[face * 24 + corner * 4 + 3] = 255 * layer.alpha;
