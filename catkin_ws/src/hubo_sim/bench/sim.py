@@ -73,7 +73,7 @@ def real_time_factor(runs: int) -> list[dict]:
             if i % 48 == 0:
                 before = time.perf_counter()
                 scan = camera.scan(sim.scene, i)
-                cloud_msg(camera.points(scan.depth), scan.rgb, header(Time(1), "f"))
+                cloud_msg(camera.points(scan.depth), header(Time(1), "f"), scan.rgba)
                 scan_s += time.perf_counter() - before
         wall = time.perf_counter() - start
         factors.append(2.0 / wall)
@@ -96,7 +96,7 @@ def scan_time(runs: int) -> list[dict]:
     for i in range(10 * runs):
         start = time.perf_counter()
         scan = camera.scan(sim.scene, i)
-        cloud_msg(camera.points(scan.depth), scan.rgb, header(Time(1), "f"))
+        cloud_msg(camera.points(scan.depth), header(Time(1), "f"), scan.rgba)
         times.append(1e3 * (time.perf_counter() - start))
     name = "EGL" if sim.scene.uses_egl else "TinyRenderer"
     sim.close()

@@ -1,5 +1,7 @@
 """Depth against analytic truth, for every wrist roll and for both renderers."""
 
+import importlib.util
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -129,3 +131,51 @@ def test_both_renderers_see_the_same_geometry():
     both = away_from_edges(pictures[0]) & away_from_edges(pictures[1])
     assert both.mean() > 0.3
     assert np.percentile(np.abs(pictures[0] - pictures[1])[both], 99) < 3e-3
+
+
+def test_cameras_larger_than_the_renderers_window_are_as_exact(scene):
+    """The EGL plugin's window has 1024 x 768 pixels: larger pictures are put together from parts."""
+    large = Pinhole(1300, 900, np.radians(58.0), np.radians(45.0))
+    add(scene, name="box", box={"size_m": BOX_SIZE.tolist()}, rpy_deg=[20, 35, 50])
+    T_box = np.eye(4)
+    T_box[:3, :3] = Rotation.from_euler("xyz", [20, 35, 50], degrees=True).as_matrix()
+    T_camera = camera_pose(15, 0.6)
+    truth = box_depth(large, T_camera, T_box, BOX_SIZE)
+    depth = take_picture(scene, large, T_camera, NEAR_M, FAR_M).depth
+    inside = away_from_edges(truth)
+    assert np.percentile(np.abs(depth[inside] - truth[inside]), 99) < 1e-3
+    assert (np.isfinite(truth) != np.isfinite(depth)).mean() < 2e-3
+
+
+@pytest.mark.parametrize("name", ["plain", "textured"])
+def test_pictures_without_shadows_have_the_same_depth_and_true_colours(name):
+    with Scene() as scene:
+        if not scene.uses_egl:
+            pytest.skip("the EGL renderer does not load here")
+        if name == "plain":
+            add(scene, name="box", box={"size_m": BOX_SIZE.tolist()}, color=[0.8, 0.2, 0.1])
+        else:
+            add(scene, name="duck", mesh={"file": "pybullet_data:duck.obj", "scale": 0.2})
+        assert scene.has_textures == (name == "textured")
+        pose = camera_pose(0, 0.9, 20)
+        dark, light = (take_picture(scene, CAMERA, pose, NEAR_M, FAR_M, shadows=s) for s in (True, False))
+        assert np.array_equal(dark.depth, light.depth, equal_nan=True)
+        seen = np.isfinite(dark.depth)
+        colours = [p.rgb[seen].astype(float) / p.rgb[seen].sum(axis=1, keepdims=True) for p in (dark, light)]
+        assert np.abs(colours[0] - colours[1]).max() < 0.05
+        scene.remove_object(next(iter(scene.bodies)))
+        assert not scene.has_textures
+
+
+def test_missing_egl_is_told_in_one_line_and_tinyrenderer_draws(monkeypatch, caplog):
+    real = importlib.util.find_spec
+    monkeypatch.setattr(
+        importlib.util, "find_spec", lambda name: None if name == "eglRenderer" else real(name)
+    )
+    with Scene() as scene:
+        assert not scene.uses_egl
+        add(scene, name="wall", box={"size_m": [0.1, 20.0, 20.0]}, position_m=[0.05, 0, 0])
+        depth = take_picture(scene, CAMERA, camera_pose(0, 1.0), NEAR_M, FAR_M).depth
+    assert np.nanmedian(depth) == pytest.approx(1.0, abs=1e-3)
+    (line,) = [record.getMessage() for record in caplog.records]
+    assert "TinyRenderer" in line and "\n" not in line

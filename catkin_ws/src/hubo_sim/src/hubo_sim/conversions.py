@@ -17,8 +17,6 @@ from hubo_sim.spline import JointSample
 from hubo_sim.trajectory_goal import Tolerance, TrajectoryGoal
 from hubo_sim.transforms import quaternion_of, transform
 
-_POINT = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<u4")])
-
 
 def time_from_ns(ns: int) -> Time:
     """ROS time of whole nanoseconds."""
@@ -30,32 +28,31 @@ def header(stamp: Time, frame: str) -> Header:
     return Header(stamp=stamp, frame_id=frame)
 
 
-def cloud_msg(points: np.ndarray, rgb: np.ndarray, head: Header) -> PointCloud2:
-    """Organised cloud of points (H, W, 3) float32 [m], NaN = no return, and rgb (H, W, 3) uint8."""
+def cloud_msg(points: np.ndarray, head: Header, rgba: np.ndarray | None = None) -> PointCloud2:
+    """Organised cloud of points (H, W, 3) float32 [m], NaN = no return, and colours (H, W, 4) uint8 if given."""
     height, width = points.shape[:2]
-    data = np.empty((height, width), _POINT)
-    for i, axis in enumerate("xyz"):
-        data[axis] = points[..., i]
-    channels = rgb.astype(np.uint32)
-    data["rgb"] = (channels[..., 0] << 16) | (channels[..., 1] << 8) | channels[..., 2]
-    fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate(("x", "y", "z", "rgb"))]
+    names = ("x", "y", "z") if rgba is None else ("x", "y", "z", "rgb")
+    data = bytearray(4 * len(names) * height * width)  # filled in place: a copy of it would take as long
+    values = np.frombuffer(data, "<f4").reshape(height, width, len(names))
+    values[..., :3] = points
+    if rgba is not None:
+        np.right_shift(rgba.view(">u4")[..., 0], 8, out=values.view("<u4")[..., 3])  # 0x00rrggbb
     return PointCloud2(
         header=head,
         height=height,
         width=width,
-        fields=fields,
+        fields=[PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate(names)],
         is_bigendian=False,
-        point_step=_POINT.itemsize,
-        row_step=_POINT.itemsize * width,
-        data=data.tobytes(),
+        point_step=4 * len(names),
+        row_step=4 * len(names) * width,
+        data=data,
         is_dense=False,
     )
 
 
 def points_from_cloud(msg: PointCloud2) -> np.ndarray:
     """(H, W, 3) float32 points of a cloud as `cloud_msg` makes them."""
-    data = np.frombuffer(msg.data, _POINT).reshape(msg.height, msg.width)
-    return np.stack([data["x"], data["y"], data["z"]], axis=-1)
+    return np.frombuffer(msg.data, "<f4").reshape(msg.height, msg.width, -1)[..., :3]
 
 
 def laser_msg(
@@ -95,10 +92,10 @@ def depth_msg(depth: np.ndarray, head: Header) -> Image:
     return Image(header=head, height=height, width=width, encoding="32FC1", step=4 * width, data=data)
 
 
-def color_msg(rgb: np.ndarray, head: Header) -> Image:
-    """rgb8 image of (H, W, 3) uint8."""
-    height, width = rgb.shape[:2]
-    data = np.ascontiguousarray(rgb).tobytes()
+def color_msg(rgba: np.ndarray, head: Header) -> Image:
+    """rgb8 image of (H, W, 4) uint8."""
+    height, width = rgba.shape[:2]
+    data = np.ascontiguousarray(rgba[..., :3]).tobytes()
     return Image(header=head, height=height, width=width, encoding="rgb8", step=3 * width, data=data)
 
 

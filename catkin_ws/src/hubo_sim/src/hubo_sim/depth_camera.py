@@ -61,10 +61,10 @@ class DepthCameraConfig:
 
 @dataclass(frozen=True)
 class DepthScan:
-    """One measurement: depth (H, W) float32 [m], NaN = no return; rgb (H, W, 3) uint8."""
+    """One measurement: depth (H, W) float32 [m], NaN = no return; rgba (H, W, 4) uint8, contiguous."""
 
     depth: np.ndarray
-    rgb: np.ndarray
+    rgba: np.ndarray
 
 
 class DepthCamera:
@@ -96,11 +96,11 @@ class DepthCamera:
         picture = take_picture(scene, self.pinhole, pose, _NEAR_M, limits.max_range_m + _FAR_MARGIN_M)
         depth = picture.depth if self._noise is None else self._noise.apply(picture.depth, number)
         if self._something_close(scene, pose):
-            close = take_picture(scene, self.pinhole, pose, _CLOSE_M, _NEAR_M)
-            depth = np.where(np.isfinite(close.depth), close.depth, depth)
-        with np.errstate(invalid="ignore"):
-            in_range = (depth >= limits.min_range_m) & (depth <= limits.max_range_m)
-        return DepthScan(np.where(in_range, depth, np.nan).astype(np.float32), picture.rgb)
+            close = take_picture(scene, self.pinhole, pose, _CLOSE_M, _NEAR_M).depth
+            np.copyto(depth, close, where=np.isfinite(close))
+        np.copyto(depth, np.nan, where=depth < limits.min_range_m)
+        np.copyto(depth, np.nan, where=depth > limits.max_range_m)
+        return DepthScan(depth, picture.rgba)
 
     def _something_close(self, scene: Scene, T_world_optical: np.ndarray) -> bool:
         """Whether anything may be in view nearer than _NEAR_M, by bounding boxes.

@@ -26,7 +26,11 @@ class AxialNoise:
 
     def sigma(self, depth_m: np.ndarray) -> np.ndarray:
         """Standard deviation [m] at depths [m], any shape."""
-        return self.sigma_base_m + self.sigma_quadratic_per_m * np.square(depth_m - self.offset_m)
+        out = np.subtract(depth_m, self.offset_m)
+        out *= out
+        out *= self.sigma_quadratic_per_m
+        out += self.sigma_base_m
+        return out
 
 
 @dataclass(frozen=True)
@@ -85,20 +89,23 @@ class DepthNoise:
 
     def __init__(self, config: NoiseConfig, camera: Pinhole, seed: int = 0) -> None:
         self.config = config
-        self._camera = camera
+        self._rays = camera.rays().astype(np.float32)
+        self._lengths = np.linalg.norm(self._rays, axis=-1)
         self._seed = [config.seed, seed]
 
     def apply(self, depth: np.ndarray, scan_number: int) -> np.ndarray:
-        """Noisy copy of an ideal depth image (H, W) [m], NaN = no return."""
+        """Noisy copy of an ideal depth image (H, W) float32 [m], NaN = no return."""
         config, rng = self.config, np.random.default_rng([*self._seed, scan_number])
-        lost = self._grazing(depth) if config.grazing.enabled else np.zeros(depth.shape, bool)
+        lost = self._grazing(depth) if config.grazing.enabled else None
         if config.lateral.enabled:
             depth = self._jitter(depth, rng)
         if config.mixed_pixels.enabled:
             depth = self._mix(depth, rng)
         if config.axial.enabled:
-            depth = depth + rng.standard_normal(depth.shape) * config.axial.sigma(depth)
-        return np.where(lost, np.nan, depth)
+            error = rng.standard_normal(depth.shape, np.float32)
+            error *= config.axial.sigma(depth)
+            depth = error + depth
+        return depth if lost is None else np.where(lost, np.float32(np.nan), depth)
 
     def _jitter(self, depth: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Each pixel measures where a neighbour a little off looks."""
@@ -114,14 +121,14 @@ class DepthNoise:
         with np.errstate(invalid="ignore"):
             mixed = np.abs(right - depth) > _EDGE_SHARE * depth
         mixed &= rng.random(depth.shape) < self.config.mixed_pixels.share
-        weight = rng.random(depth.shape)
+        weight = rng.random(depth.shape, np.float32)
         return np.where(mixed, weight * depth + (1.0 - weight) * right, depth)
 
     def _grazing(self, depth: np.ndarray) -> np.ndarray:
         """Pixels whose surface, by central differences, is seen at too flat an angle; beside NaN: none."""
-        points = self._camera.rays() * depth[..., None]
+        points = self._rays * depth[..., None]
         normals = np.cross(np.gradient(points, axis=1), np.gradient(points, axis=0))
         with np.errstate(invalid="ignore", divide="ignore"):
             cosine = np.abs(np.sum(normals * points, axis=-1))
-            cosine /= np.linalg.norm(normals, axis=-1) * np.linalg.norm(points, axis=-1)
+            cosine /= np.linalg.norm(normals, axis=-1) * self._lengths * depth
             return cosine < np.cos(np.radians(self.config.grazing.max_incidence_deg))

@@ -42,16 +42,17 @@ class RosCamera:
         return True
 
     def publish(self, scene: Scene, stamp: rospy.Time) -> None:
-        """Measure now and publish under `stamp`."""
+        """Measure now and publish under `stamp`: the cloud first, and of the rest what somebody listens to."""
         scan = self.camera.scan(scene, self.scans)
         self.scans += 1
         head = header(stamp, self.camera.config.optical_frame)
-        info = camera_info_msg(self.camera.pinhole, head)
+        self._cloud_pub.publish(cloud_msg(self.camera.points(scan.depth), head, scan.rgba))
         for publisher in self._info_pubs:
-            publisher.publish(info)
-        self._depth_pub.publish(depth_msg(scan.depth, head))
-        self._color_pub.publish(color_msg(scan.rgb, head))
-        self._cloud_pub.publish(cloud_msg(self.camera.points(scan.depth), scan.rgb, head))
+            publisher.publish(camera_info_msg(self.camera.pinhole, head))
+        if self._depth_pub.get_num_connections():
+            self._depth_pub.publish(depth_msg(scan.depth, head))
+        if self._color_pub.get_num_connections():
+            self._color_pub.publish(color_msg(scan.rgba, head))
 
     def _on_trigger(self, request_scan: Callable[[RosCamera], str]) -> TriggerResponse:
         try:

@@ -56,4 +56,4 @@ class RosSensor:
         config, head = sensor.config, header(stamp, sensor.config.frame)
         if config.layers == 1:
             return laser_msg(ranges[0], sensor.azimuths_rad, (config.min_range_m, config.max_range_m), head)
-        return cloud_msg(sensor.points(ranges), np.zeros((*ranges.shape, 3), np.uint8), head)
+        return cloud_msg(sensor.points(ranges), head)

@@ -11,6 +11,7 @@ import numpy as np
 
 from hubo_sim.bullet import BulletClient, native_output_hidden, pybullet, pybullet_data
 from hubo_sim.errors import SimError
+from hubo_sim.textures import has_texture
 from hubo_sim.transforms import inverse, quaternion_of, transform
 from hubo_sim.worlds import World, WorldObject
 
@@ -33,6 +34,11 @@ class Scene:
             except pybullet.error as err:
                 raise SimError(f"the physics engine does not start: {err}") from err
             self._egl_plugin = _load_egl(self.client) if egl and not gui else -1
+        if egl and not gui and not self.uses_egl:
+            _log.warning(
+                "pybullet's EGL renderer does not load (it needs libegl1 and libgl1-mesa-dri): TinyRenderer draws, "
+                "the same geometry more slowly"
+            )
         self.client.setAdditionalSearchPath(pybullet_data.getDataPath())
         self.client.setGravity(0.0, 0.0, -GRAVITY_M_S2)
         self.client.setPhysicsEngineParameter(
@@ -40,11 +46,22 @@ class Scene:
         )
         self.step_s = 1.0 / physics_rate_hz
         self.bodies: dict[str, int] = {}  # name -> body id, the world's objects only
+        self._textured: set[int] = set()  # bodies with pictures on their surfaces
 
     @property
     def uses_egl(self) -> bool:
         """Whether pictures come from the EGL plugin rather than TinyRenderer."""
         return self._egl_plugin >= 0
+
+    @property
+    def has_textures(self) -> bool:
+        """Whether any body has a picture on its surface."""
+        return bool(self._textured)
+
+    def note_textures(self, body: int, description: str = "") -> None:
+        """Remember whether a body that was loaded has textures; description: its URDF or SDF, if it came from one."""
+        if has_texture(self.client, body, description):
+            self._textured.add(body)
 
     def __enter__(self) -> Scene:
         return self
@@ -80,13 +97,16 @@ class Scene:
         except pybullet.error as err:
             raise SimError(f"object {item.name!r} does not load: {err}") from err
         self.bodies[item.name] = body
+        self.note_textures(body, Path(item.size["file"]).read_text() if item.shape in ("urdf", "sdf") else "")
         return body
 
     def remove_object(self, name: str) -> None:
         """Remove an object of the world. Raises SimError, listing the names, when there is none of that name."""
         if name not in self.bodies:
             raise SimError(f"no object named {name!r}; there are: {', '.join(sorted(self.bodies)) or 'none'}")
-        self.client.removeBody(self.bodies.pop(name))
+        body = self.bodies.pop(name)
+        self._textured.discard(body)
+        self.client.removeBody(body)
 
     def object_pose(self, name: str) -> np.ndarray:
         """T_world_object (4, 4) of the root link's frame."""
@@ -172,7 +192,4 @@ def _load_egl(client: BulletClient) -> int:
     spec = importlib.util.find_spec("eglRenderer")
     if spec is None or spec.origin is None:
         return -1
-    plugin = client.loadPlugin(spec.origin, "_eglRendererPlugin")
-    if plugin < 0:
-        _log.info("the EGL renderer does not load: TinyRenderer it is")
-    return plugin
+    return client.loadPlugin(spec.origin, "_eglRendererPlugin")

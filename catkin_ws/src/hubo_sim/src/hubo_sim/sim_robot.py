@@ -43,7 +43,9 @@ class SimRobot:
     ) -> None:
         self.spec = spec
         self._client = scene.client
-        self.body = _load(scene, urdf_for_bullet(spec.urdf_xml), T_world_base, self_collision)
+        urdf = urdf_for_bullet(spec.urdf_xml)
+        self.body = _load(scene, urdf, T_world_base, self_collision)
+        scene.note_textures(self.body, urdf)
         infos = [self._client.getJointInfo(self.body, i) for i in range(self._client.getNumJoints(self.body))]
         base_name = self._client.getBodyInfo(self.body)[0].decode()
         self.link_index: dict[str, int] = {base_name: -1} | {info[12].decode(): info[0] for info in infos}
