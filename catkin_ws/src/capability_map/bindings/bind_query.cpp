@@ -5,16 +5,15 @@ namespace capability_map {
 namespace {
 
 namespace py = pybind11;
-using Triangles = Eigen::Matrix<int, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
-CapabilityQuery makeQuery(const SphereGrid& grid, const Points& view_directions, const Triangles& triangles,
-                          std::vector<int32_t> row_of_cell, std::vector<uint64_t> words, double pivot_m) {
+CapabilityQuery makeQuery(const SphereGrid& grid, const Points& view_directions,
+                          std::vector<int32_t> row_of_cell, std::vector<uint64_t> words, double wrist_m,
+                          const Eigen::Vector3d& shoulder) {
   SphereBits bits;
   bits.row_of_cell = std::move(row_of_cell);
   bits.words = std::move(words);
   bits.words_per_row = static_cast<int>((view_directions.rows() + 63) / 64);
-  return CapabilityQuery(grid, DirectionLookup(view_directions, triangles), view_directions, std::move(bits),
-                         pivot_m);
+  return CapabilityQuery(grid, view_directions, bits, {wrist_m, shoulder});
 }
 
 /// (N, 3) and (N, 3) to (N,) float32.
@@ -42,11 +41,15 @@ py::array_t<float> queryMany(const CapabilityQuery& query, const Array& position
 
 void bindQuery(py::module_& m) {
   py::class_<CapabilityQuery>(m, "CapabilityQuery", "Answers from stored spheres.")
-      .def(py::init(&makeQuery), py::arg("grid"), py::arg("view_directions"), py::arg("triangles"),
-           py::arg("row_of_cell"), py::arg("words"), py::arg("pivot_m"),
-           "view_directions (N, 3) of the sphere points' z axes, triangles (T, 3) of their hull, row_of_cell "
-           "(cells,) "
-           "(-1: empty sphere), words (rows * ceil(N / 64),) uint64, pivot [m] behind the tip on its z axis.")
+      .def(py::init(&makeQuery), py::arg("grid"), py::arg("view_directions"), py::arg("row_of_cell"),
+           py::arg("words"), py::arg("wrist_m"), py::arg("shoulder"),
+           "view_directions (N, 3) of the sphere points' z axes, row_of_cell (cells,) (-1: empty sphere), "
+           "words "
+           "(rows * ceil(N / 64),) uint64, the wrist's place behind the tip on its z axis [m], the shoulder "
+           "(3,) "
+           "[m].")
+      .def_property_readonly("reach_rad", &CapabilityQuery::reachRad,
+                             "How far blended directions lie from the one asked for [rad].")
       .def("query", &queryMany, py::arg("positions"), py::arg("directions"), py::arg("interpolate") = true,
            "Tip positions (N, 3) [m] and viewing directions (N, 3), base frame, to (N,) float32 in 0..1. "
            "Poses "

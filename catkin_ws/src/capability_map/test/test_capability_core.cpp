@@ -14,34 +14,14 @@
 namespace capability_map {
 namespace {
 
-using Triangles = Eigen::Matrix<int, Eigen::Dynamic, 3, Eigen::RowMajor>;
-
 Eigen::Vector3d randomUnit(std::mt19937& random) {
   std::normal_distribution<double> normal;
   return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
 }
 
-/// Convex hull by definition: a triangle whose plane leaves every other point on one side.
-Triangles bruteForceHull(const Points& points) {
-  std::vector<Eigen::Vector3i> faces;
-  for (int a = 0; a < points.rows(); ++a) {
-    for (int b = a + 1; b < points.rows(); ++b) {
-      for (int c = b + 1; c < points.rows(); ++c) {
-        const Eigen::Vector3d A = points.row(a), B = points.row(b), C = points.row(c);
-        const Eigen::Vector3d normal = (B - A).cross(C - A);
-        const Eigen::VectorXd sides = (points.rowwise() - A.transpose()) * normal;
-        if (sides.maxCoeff() < 1e-12 || sides.minCoeff() > -1e-12) faces.emplace_back(a, b, c);
-      }
-    }
-  }
-  Triangles hull(static_cast<Eigen::Index>(faces.size()), 3);
-  for (size_t i = 0; i < faces.size(); ++i) hull.row(static_cast<Eigen::Index>(i)) = faces[i];
-  return hull;
-}
-
 TEST(DirectionLookup, NearestIsTheNearestOfAll) {
   const Points points = spiralPoints(40);
-  const DirectionLookup lookup(points, bruteForceHull(points));
+  const DirectionLookup lookup(points, 0.5);
   std::mt19937 random(1);
   for (int i = 0; i < 20000; ++i) {
     const Eigen::Vector3d d = randomUnit(random);
@@ -51,34 +31,30 @@ TEST(DirectionLookup, NearestIsTheNearestOfAll) {
   }
 }
 
-TEST(DirectionLookup, BlendIsTheDirectionItself) {
-  const Points points = spiralPoints(40);
-  const DirectionLookup lookup(points, bruteForceHull(points));
-  std::mt19937 random(2);
-  for (int i = 0; i < 20000; ++i) {
-    const Eigen::Vector3d d = randomUnit(random);
-    const DirectionLookup::Blend blend = lookup.blend(d);
-    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    double total = 0.0;
-    for (size_t k = 0; k < 3; ++k) {
-      EXPECT_GE(blend.weight[k], 0.0);
-      total += blend.weight[k];
-      sum += blend.weight[k] * points.row(blend.index[k]).transpose();
+TEST(DirectionLookup, AroundMissesNoneWithinReach) {
+  const Points points = spiralPoints(100);
+  for (const double reach : {0.1, 0.5, 2.0}) {
+    const DirectionLookup lookup(points, reach);
+    std::mt19937 random(2);
+    for (int i = 0; i < 5000; ++i) {
+      const Eigen::Vector3d d = randomUnit(random);
+      std::vector<bool> listed(100, false);
+      for (const int32_t k : lookup.around(d)) listed[static_cast<size_t>(k)] = true;
+      for (Eigen::Index k = 0; k < points.rows(); ++k) {
+        const bool within = points.row(k).dot(d) > std::cos(reach);
+        EXPECT_TRUE(listed[static_cast<size_t>(k)] || !within);
+      }
     }
-    EXPECT_NEAR(total, 1.0, 1e-12);
-    EXPECT_LE(sum.normalized().cross(d).norm(), 1e-9);
   }
 }
 
 TEST(DirectionLookup, RefusesDirectionsThatAreNone) {
   Points points = spiralPoints(12);
-  const Triangles hull = bruteForceHull(points);
-  Triangles wrong = hull;
-  wrong(0, 0) = 12;
-  EXPECT_THROW(DirectionLookup(points, wrong), std::invalid_argument);
-  EXPECT_THROW(DirectionLookup(points, hull.topRows(2)), std::invalid_argument);
+  EXPECT_THROW(DirectionLookup(points, 0.0), std::invalid_argument);
+  EXPECT_THROW(DirectionLookup(points, std::nan("")), std::invalid_argument);
+  EXPECT_THROW(DirectionLookup(Points(0, 3), 0.5), std::invalid_argument);
   points(3, 0) = 5.0;
-  EXPECT_THROW(DirectionLookup(points, hull), std::invalid_argument);
+  EXPECT_THROW(DirectionLookup(points, 0.5), std::invalid_argument);
 }
 
 TEST(SphereGrid, CellsAndCentersAgree) {
@@ -94,17 +70,16 @@ TEST(SphereGrid, CellsAndCentersAgree) {
 
 TEST(CapabilityQuery, RefusesPartsThatDoNotFit) {
   const Points points = spiralPoints(12);
-  const Triangles hull = bruteForceHull(points);
   SphereGrid grid;
   grid.radius_m = 0.1;
   grid.size = {1, 1, 2};
-  const auto make = [&](SphereBits bits) {
-    return CapabilityQuery(grid, DirectionLookup(points, hull), points, std::move(bits), 0.0);
-  };
+  const auto make = [&](const SphereBits& bits) { return CapabilityQuery(grid, points, bits, {}); };
   EXPECT_NO_THROW(make({{0, -1}, {1}, 1}));
   EXPECT_THROW(make({{0}, {1}, 1}), std::invalid_argument);      // a cell is missing
   EXPECT_THROW(make({{0, 1}, {1}, 1}), std::invalid_argument);   // no such row
   EXPECT_THROW(make({{0, -1}, {1}, 2}), std::invalid_argument);  // too many words
+  const ArmPivots nowhere{std::nan(""), Eigen::Vector3d::Zero()};
+  EXPECT_THROW(CapabilityQuery(grid, points, {{0, -1}, {1}, 1}, nowhere), std::invalid_argument);
 }
 
 TEST(ShapeFit, CoverAllCoversAllAndLeastErrorIsNoWorse) {

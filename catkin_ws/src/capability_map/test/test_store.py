@@ -72,7 +72,7 @@ def test_a_wrong_content_under_a_right_checksum_is_refused(map_path, tmp_path):
 
 def _sign(path):
     content = path.read_bytes()
-    line = b"capability_map 1 sha256 " + hashlib.sha256(content[512:]).hexdigest().encode() + b"\n"
+    line = b"capability_map 2 sha256 " + hashlib.sha256(content[512:]).hexdigest().encode() + b"\n"
     path.write_bytes(line.ljust(512, b"\0") + content[512:])
 
 

@@ -23,6 +23,12 @@ struct SphereBits {
   }
 };
 
+/// What about the arm helps between stored directions.
+struct ArmPivots {
+  double wrist_m{0.0};                      ///< Where the wrist acts on the viewing axis, behind the tip [m].
+  Eigen::Vector3d shoulder{0.0, 0.0, 0.0};  ///< About what the arm as a whole turns, base frame [m].
+};
+
 /// Queries by tip position and viewing direction (the tip's z; any roll will do). Const and without
 /// allocation: one object serves many threads.
 ///
@@ -30,32 +36,40 @@ struct SphereBits {
 /// centered at p + r d, not to the cell that contains p.
 class CapabilityQuery {
  public:
-  /// @param pivot_m Where on the viewing axis, behind the tip, to hold still between stored directions [m]:
-  /// views
-  ///        that share the point p - pivot d are blended. The wrist's place on that axis is best, because
-  ///        what the arm can do hangs on where its wrist must be.
-  /// @throws std::invalid_argument when sizes do not fit each other.
-  CapabilityQuery(SphereGrid grid, DirectionLookup lookup, const Points& view_directions, SphereBits bits,
-                  double pivot_m);
+  /// @param view_directions (N, 3) the tip's z at the sphere points: minus the n-vectors.
+  /// @throws std::invalid_argument when sizes do not fit each other or a number is not finite.
+  CapabilityQuery(const SphereGrid& grid, const Points& view_directions, const SphereBits& bits,
+                  const ArmPivots& pivots);
 
-  /// Share of valid points among the 8 cells and 3 directions around the view, weighted linearly; 0..1.
+  /// Share of valid points around the view, 0..1: weighted linearly over the 8 nearest spheres and, falling
+  /// with the angle's cosine, over the stored directions within reachRad().
+  ///
+  /// A stored direction is not the one asked for. Two motions lead from one to the other, and both have their
+  /// say with equal weight: turning the tip about the wrist, for an arm whose wrist bends that much more, and
+  /// turning the whole arm about the shoulder.
   /// 0 outside the grid and for numbers that are not finite or a direction without length.
   float interpolated(const Eigen::Vector3d& position, const Eigen::Vector3d& direction) const;
 
   /// 1 or 0: the bit of the nearest direction in the sphere that the view belongs to.
   float nearest(const Eigen::Vector3d& position, const Eigen::Vector3d& direction) const;
 
+  /// How far stored directions may lie from the one asked for [rad]: 1.5 times their spacing.
+  double reachRad() const { return lookup_.reachRad(); }
   const SphereGrid& grid() const { return grid_; }
-  const SphereBits& bits() const { return bits_; }
+  const DirectionLookup& directions() const { return lookup_; }
 
  private:
+  bool bit(const Eigen::Vector3i& cell, int direction) const;
   double cellBlend(const Eigen::Vector3d& center, int direction) const;
 
   SphereGrid grid_;
   DirectionLookup lookup_;
-  std::vector<Eigen::Vector3d> directions_;
-  SphereBits bits_;
-  double pivot_m_;
+  ArmPivots pivots_;
+  double least_cosine_;
+  /// One volume of bits per direction with an empty layer all around: two cells that are neighbours along z
+  /// are neighbouring bits, and no place within a cell of the grid needs a check.
+  std::vector<uint8_t> volumes_;
+  size_t column_bytes_, plane_bytes_, volume_bytes_;
 };
 
 }  // namespace capability_map

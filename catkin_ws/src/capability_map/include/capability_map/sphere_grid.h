@@ -22,11 +22,12 @@ struct SphereGrid {
 
   int64_t cellCount() const { return int64_t{size.x()} * size.y() * size.z(); }
   /// Cells are numbered with z running fastest.
+  Eigen::Vector3i place(int64_t cell) const {
+    return {static_cast<int>(cell / (int64_t{size.z()} * size.y())),
+            static_cast<int>((cell / size.z()) % size.y()), static_cast<int>(cell % size.z())};
+  }
   Eigen::Vector3d center(int64_t cell) const {
-    const int64_t z = cell % size.z();
-    const int64_t y = (cell / size.z()) % size.y();
-    const int64_t x = cell / (int64_t{size.z()} * size.y());
-    return origin + 2.0 * radius_m * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5);
+    return origin + 2.0 * radius_m * (place(cell).cast<double>() + Eigen::Vector3d::Constant(0.5));
   }
   /// Cell that holds a point; -1 outside or for NaN.
   int64_t cellAt(const Eigen::Vector3d& p) const;

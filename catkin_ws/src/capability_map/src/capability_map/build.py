@@ -14,7 +14,6 @@ from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial import ConvexHull
 
 from capability_map import __name__ as package
 from capability_map import check, store
@@ -245,7 +244,6 @@ def assemble(plan: BuildPlan, batches: list[dict], seconds: float) -> store.MapD
         grid_size=np.array(plan.size, np.int32),
         radius_m=plan.radius_m,
         outward=plan.outward,
-        triangles=ConvexHull(plan.outward).simplices.astype(np.int32),
         cells=cells[order],
         bits=kept_bits.view(np.uint64),
         witnesses=np.concatenate([batch["witnesses"] for batch in batches])[points],

@@ -30,7 +30,7 @@ class CapabilityMap:
         row_of_cell[data.cells] = np.arange(len(data.cells), dtype=np.int32)
         self._row_of_cell = row_of_cell
         self._query = CapabilityQuery(
-            self.grid, -data.outward, data.triangles, row_of_cell, data.bits.reshape(-1), data.pivot_m
+            self.grid, -data.outward, row_of_cell, data.bits.reshape(-1), data.pivot_m, data.reach_center_m
         )
 
     @classmethod
@@ -53,7 +53,8 @@ class CapabilityMap:
 
         :param positions: (N, 3) tip positions, base frame [m].
         :param directions: (N, 3) viewing directions, base frame; their length does not matter.
-        :param interpolate: weigh the 8 spheres and 3 directions around the view; else the bit of the nearest.
+        :param interpolate: weigh the 8 spheres and the directions around the view (capability_query.h says how); else
+            the bit of the nearest.
 
         Views outside the map, not finite, or without direction get 0.
         """

@@ -42,8 +42,7 @@ def best_threshold(answer: np.ndarray, truth: np.ndarray) -> float | None:
 
     The three are measured in units of what is asked of a map at the default resolution: 1 % of all answers wrong, 2 %
     of what can be held not found, 1 % of what cannot be held called reachable. The threshold of the smallest largest
-    error wins, and of those within sampling noise (0.15 units) the largest: a false promise costs a planner more than a
-    missed view. None when all views or none can be held: then nothing can be learned.
+    error wins. None when all views or none can be held: then nothing can be learned.
     """
     if truth.all() or not truth.any():
         return None
@@ -53,8 +52,7 @@ def best_threshold(answer: np.ndarray, truth: np.ndarray) -> float | None:
         worst[float(threshold)] = max(
             100 * (1 - row.accuracy), 50 * (1 - row.found), 100 * row.false_positives
         )
-    nearly_best = min(worst.values()) + 0.15
-    return round(max(threshold for threshold, error in worst.items() if error <= nearly_best), 2)
+    return round(min(worst, key=worst.__getitem__), 2)
 
 
 def random_views(cap: CapabilityMap, count: int, seed: int) -> tuple[np.ndarray, np.ndarray]:

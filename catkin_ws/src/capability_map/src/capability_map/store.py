@@ -1,6 +1,6 @@
 """Capability maps as HDF5 files: the schema, writing, and reading with every doubt checked.
 
-A file starts with a 512-byte user block, one text line `capability_map 1 sha256 <hex>`, the hash of all bytes behind
+A file starts with a 512-byte user block, one text line `capability_map 2 sha256 <hex>`, the hash of all bytes behind
 it. It is checked before the HDF5 library sees the file: a truncated or altered file is a clear error, never a crash.
 README.md lists the schema.
 """
@@ -21,10 +21,11 @@ import numpy as np
 from capability_map.errors import CapabilityMapError
 from capability_map.shapes import RULES
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 DEFAULT_THRESHOLD = 0.4  # of a map that nobody calibrated
 _BLOCK = 512
-_MAGIC = b"capability_map 1 sha256 "
+_ANY_VERSION = b"capability_map "
+_MAGIC = _ANY_VERSION + f"{SCHEMA_VERSION} sha256 ".encode()
 
 
 @dataclass
@@ -48,7 +49,6 @@ class MapData:
     grid_size: np.ndarray  # (3,) int32 cells
     radius_m: float
     outward: np.ndarray  # (N, 3) n-vectors
-    triangles: np.ndarray  # (T, 3) int32 hull of outward
     cells: np.ndarray  # (S,) int64, ascending
     bits: np.ndarray  # (S, ceil(N / 64)) uint64
     witnesses: np.ndarray  # (V, J) uint16, share of the joint's range
@@ -65,7 +65,6 @@ _ARRAYS = {  # name: (path in the file, dtype, unit)
     "grid_origin_m": ("grid/origin", "f8", "m, base frame"),
     "grid_size": ("grid/size", "i4", "cells"),
     "outward": ("directions/outward", "f8", "unit vectors, base frame"),
-    "triangles": ("directions/triangles", "i4", "rows of directions/outward"),
     "cells": ("spheres/cell", "i8", "cell number, z fastest"),
     "bits": ("spheres/bits", "u8", "bit k of a row: direction k is valid"),
     "witnesses": ("points/witness", "u2", "65535ths of the joint's range above its lower limit"),
@@ -142,6 +141,11 @@ def _verified(path: Path) -> bytes:
         content = Path(path).read_bytes()
     except OSError as err:
         raise CapabilityMapError(f"cannot read capability map {path}: {err.strerror}") from err
+    if content.startswith(_ANY_VERSION) and not content.startswith(_MAGIC):
+        version = content[len(_ANY_VERSION) :].split(b" ", 1)[0].decode(errors="replace")
+        raise CapabilityMapError(
+            f"{path} is not a capability map of schema {SCHEMA_VERSION} but {version[:20]!r}; build it again"
+        )
     if not content.startswith(_MAGIC):
         raise CapabilityMapError(
             f"{path} is not a capability map (no `{_MAGIC.decode().strip()}` line in front)"
@@ -177,7 +181,6 @@ def _check(path: Path, data: MapData) -> None:
         "grid_origin_m": (3,),
         "grid_size": (3,),
         "outward": (points, 3),
-        "triangles": (len(data.triangles), 3),
         "cells": (spheres,),
         "bits": (spheres, (points + 63) // 64),
         "witnesses": (valid, joints),
