@@ -22,7 +22,15 @@ struct Moments {
   int64_t product[6] = {0, 0, 0, 0, 0, 0};  ///< xx, yy, zz, xy, xz, yz
 
   void add(const Voxel& v);
-  Moments& operator+=(const Moments& o);  ///< formulas 3.3-3.5, as sums
+  Moments& operator+=(const Moments& o) { return *this = *this + o; }
+  /// Formulas 3.3-3.5, as sums.
+  Moments operator+(const Moments& o) const {
+    Moments both;
+    both.n = n + o.n;
+    for (int i = 0; i < 3; ++i) both.sum[i] = sum[i] + o.sum[i];
+    for (int i = 0; i < 6; ++i) both.product[i] = product[i] + o.product[i];
+    return both;
+  }
   bool operator==(const Moments& o) const;
   /// Mean voxel centre in voxels (not metres): formula 3.4.
   Eigen::Vector3d mean() const;

@@ -173,6 +173,7 @@ void bindEvaluation(py::module_& m) {
       "cluster_voids",
       [](const Voxels& voxels, const EvaluationConfig& config, double resolution_m) {
         std::vector<Voxel> list;
+        list.reserve(voxels.rows());
         for (Eigen::Index i = 0; i < voxels.rows(); ++i) list.push_back(voxels.row(i));
         const auto less = [](const Voxel& a, const Voxel& b) { return voxelId(a) < voxelId(b); };
         if (!std::is_sorted(list.begin(), list.end(), less))

@@ -2,7 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/LU>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -12,10 +12,27 @@ namespace {
 constexpr double kBall = 4.0 / 3.0 * M_PI;
 const double kAxisScale = std::sqrt(5.0);  // a solid ellipsoid with semi-axis a has variance a^2 / 5
 
-Eigen::Matrix3d modelCovariance(const Moments& m, const EllipsoidModel& model) {
-  Eigen::Matrix3d c = m.covariance();
-  if (!model.literal) c.diagonal().array() += 1.0 / 12.0;
-  return c * (model.resolution_m * model.resolution_m);
+/// Entries xx, yy, zz, xy, xz, yz of the covariance in voxels^2: formula 3.1.
+std::array<double, 6> covarianceEntries(const Moments& m) {
+  const double n = static_cast<double>(m.n);
+  const double x = m.sum[0] / n, y = m.sum[1] / n, z = m.sum[2] / n;
+  return {m.product[0] / n - x * x, m.product[1] / n - y * y, m.product[2] / n - z * z,
+          m.product[3] / n - x * y, m.product[4] / n - x * z, m.product[5] / n - y * z};
+}
+
+/// The same with the extent of a voxel, in m^2.
+std::array<double, 6> modelEntries(const Moments& m, const EllipsoidModel& model) {
+  std::array<double, 6> c = covarianceEntries(m);
+  if (!model.literal)
+    for (int i = 0; i < 3; ++i) c[i] += 1.0 / 12.0;
+  for (double& entry : c) entry *= model.resolution_m * model.resolution_m;
+  return c;
+}
+
+Eigen::Matrix3d symmetric(const std::array<double, 6>& c) {
+  Eigen::Matrix3d out;
+  out << c[0], c[3], c[4], c[3], c[1], c[5], c[4], c[5], c[2];
+  return out;
 }
 }  // namespace
 
@@ -33,13 +50,6 @@ void Moments::add(const Voxel& v) {
   product[5] += y * z;
 }
 
-Moments& Moments::operator+=(const Moments& o) {
-  n += o.n;
-  for (int i = 0; i < 3; ++i) sum[i] += o.sum[i];
-  for (int i = 0; i < 6; ++i) product[i] += o.product[i];
-  return *this;
-}
-
 bool Moments::operator==(const Moments& o) const {
   return n == o.n && std::equal(sum, sum + 3, o.sum) && std::equal(product, product + 6, o.product);
 }
@@ -48,16 +58,7 @@ Eigen::Vector3d Moments::mean() const {
   return Eigen::Vector3d(sum[0], sum[1], sum[2]) / static_cast<double>(n) + Eigen::Vector3d::Constant(0.5);
 }
 
-Eigen::Matrix3d Moments::covariance() const {
-  const double count = static_cast<double>(n);
-  const double m[3] = {sum[0] / count, sum[1] / count, sum[2] / count};
-  const double xx = product[0] / count - m[0] * m[0], yy = product[1] / count - m[1] * m[1];
-  const double zz = product[2] / count - m[2] * m[2], xy = product[3] / count - m[0] * m[1];
-  const double xz = product[4] / count - m[0] * m[2], yz = product[5] / count - m[1] * m[2];
-  Eigen::Matrix3d c;
-  c << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-  return c;
-}
+Eigen::Matrix3d Moments::covariance() const { return symmetric(covarianceEntries(*this)); }
 
 double Moments::squaredDistance(const Moments& a, const Moments& b) {
   const double na = static_cast<double>(a.n), nb = static_cast<double>(b.n);
@@ -69,19 +70,22 @@ double Moments::squaredDistance(const Moments& a, const Moments& b) {
 
 double ellipsoidVolume(const Moments& moments, const EllipsoidModel& model) {
   // The product of the eigenvalues is the determinant: no need to find them.
-  const double determinant = std::max(0.0, modelCovariance(moments, model).determinant());
+  const auto [xx, yy, zz, xy, xz, yz] = modelEntries(moments, model);
+  const double determinant =
+      std::max(0.0, xx * (yy * zz - yz * yz) - xy * (xy * zz - yz * xz) + xz * (xy * yz - yy * xz));
   if (model.literal) return kBall * determinant;
   return kBall * 5.0 * kAxisScale * std::sqrt(determinant);
 }
 
 double ellipsoidFit(const Moments& moments, const EllipsoidModel& model) {
   const double volume = ellipsoidVolume(moments, model);
-  const double voxels = static_cast<double>(moments.n) * std::pow(model.resolution_m, 3);
+  const double edge = model.resolution_m;
+  const double voxels = static_cast<double>(moments.n) * (edge * edge * edge);
   return volume > 0 ? voxels / volume : std::numeric_limits<double>::infinity();
 }
 
 Ellipsoid fitEllipsoid(const Moments& moments, const EllipsoidModel& model) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(modelCovariance(moments, model));
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(symmetric(modelEntries(moments, model)));
   Ellipsoid e;
   e.center = moments.mean() * model.resolution_m;
   for (int i = 0; i < 3; ++i) {

@@ -57,7 +57,7 @@ void Evaluator::mergeGroup(Group& group, const std::vector<int>& members) {
       const auto other = start.find(neighbourIndex(t, link.direction));
       if (other != start.end()) all.edges.emplace_back(start[t] + link.own, other->second + link.other);
     }
-  group.graph = mergeNearestFirst(all, rule(), group.merged_into);
+  group.graph = mergeNearestFirst(std::move(all), rule(), group.merged_into);
 }
 
 void Evaluator::clusterTiled() {
@@ -108,7 +108,7 @@ void Evaluator::clusterTiled() {
   all.edges.insert(all.edges.end(), across.begin(), across.end());
   evaluation_.counts["merge_nodes"] = static_cast<int64_t>(all.nodes.size());
   std::vector<int> merged_into, rank;
-  takeEllipsoids(mergeNearestFirst(all, rule(), merged_into), rank);
+  takeEllipsoids(mergeNearestFirst(std::move(all), rule(), merged_into), rank);
   for (std::size_t t = 0; t < tiles_.size(); ++t) {
     if (!tiles_[t]) continue;
     tiles_[t]->ellipsoid.clear();

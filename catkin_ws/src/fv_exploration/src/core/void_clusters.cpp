@@ -3,76 +3,82 @@
 #include <algorithm>
 #include <numeric>
 
+#include "pair_queue.h"
+
 namespace fv {
 
 namespace {
 
-struct Pair {
-  double squared_distance;
-  uint64_t low_id, high_id;
-  int a, b;
-};
-/// Order of a heap whose top is the nearest pair.
-bool later(const Pair& p, const Pair& q) {
-  if (p.squared_distance != q.squared_distance) return p.squared_distance > q.squared_distance;
-  if (p.low_id != q.low_id) return p.low_id > q.low_id;
-  return p.high_id > q.high_id;
-}
-
-/// Nodes that merge into new ones; the pairs that may still merge are in a heap.
+/// Nodes in the order of their ids that merge into the lower one; the pairs that may still merge are in a
+/// queue.
 class Merging {
  public:
-  Merging(const VoidGraph& graph, const ClusterRule& rule)
-      : rule_(rule), nodes_(graph.nodes), parent_(nodes_.size()), neighbours_(nodes_.size()) {
+  Merging(VoidGraph graph, const ClusterRule& rule)
+      : rule_(rule), slot_(graph.nodes.size()), nodes_(std::move(graph.nodes)), parent_(nodes_.size()) {
     std::iota(parent_.begin(), parent_.end(), 0);
-    for (const auto& [a, b] : graph.edges) {
-      neighbours_[a].push_back(b);
-      neighbours_[b].push_back(a);
-      push(a, b);
+    std::vector<int> order(parent_);
+    const auto less = [&](int a, int b) { return nodes_[a].id < nodes_[b].id; };
+    if (!std::is_sorted(order.begin(), order.end(), less)) {
+      std::sort(order.begin(), order.end(), less);
+      std::vector<VoidNode> sorted;
+      for (const int i : order) sorted.push_back(nodes_[i]);
+      nodes_.swap(sorted);
     }
-    std::make_heap(heap_.begin(), heap_.end(), later);
-    heaped_ = true;
+    for (std::size_t i = 0; i < order.size(); ++i) slot_[order[i]] = static_cast<int>(i);
+    for (const VoidNode& node : nodes_) count_.push_back(node.moments.n);
+    seen_.assign(nodes_.size(), 0);
+    link(graph.edges);
   }
 
   void run() {
-    while (!heap_.empty()) {
-      std::pop_heap(heap_.begin(), heap_.end(), later);
-      const Pair pair = heap_.back();
-      heap_.pop_back();
-      if (parent_[pair.a] == pair.a && parent_[pair.b] == pair.b) merge(pair.a, pair.b);
-    }
+    const auto current = [&](const Pair& p) { return count_[p.low] + count_[p.high] == p.count; };
+    Pair pair;
+    while (queue_.pop(current, pair))
+      if (current(pair)) merge(pair.low, pair.high);
   }
 
-  VoidGraph result(int node_count, std::vector<int>& merged_into) {
-    std::vector<int> alive;
-    for (int i = 0; i < static_cast<int>(nodes_.size()); ++i)
-      if (parent_[i] == i) alive.push_back(i);
-    std::sort(alive.begin(), alive.end(), [&](int a, int b) { return nodes_[a].id < nodes_[b].id; });
+  VoidGraph result(std::vector<int>& merged_into) {
     std::vector<int> rank(nodes_.size(), -1);
     VoidGraph out;
-    for (const int i : alive) {
-      rank[i] = static_cast<int>(out.nodes.size());
-      out.nodes.push_back(nodes_[i]);
-    }
-    for (const int i : alive)
+    for (int i = 0; i < static_cast<int>(nodes_.size()); ++i)
+      if (parent_[i] == i) {
+        rank[i] = static_cast<int>(out.nodes.size());
+        out.nodes.push_back(nodes_[i]);
+      }
+    for (int i = 0; i < static_cast<int>(nodes_.size()); ++i) {
+      if (rank[i] < 0) continue;
       for (const int j : liveNeighbours(i))
-        if (rank[i] < rank[j]) out.edges.emplace_back(rank[i], rank[j]);
-    merged_into.resize(node_count);
-    for (int i = 0; i < node_count; ++i) merged_into[i] = rank[find(i)];
+        if (i < j) out.edges.emplace_back(rank[i], rank[j]);
+    }
+    merged_into.resize(slot_.size());
+    for (std::size_t i = 0; i < slot_.size(); ++i) merged_into[i] = rank[find(slot_[i])];
     return out;
   }
 
  private:
+  void link(const std::vector<std::pair<int, int>>& edges) {
+    std::vector<int> degree(nodes_.size(), 0);
+    for (const auto& [a, b] : edges) {
+      ++degree[slot_[a]];
+      ++degree[slot_[b]];
+    }
+    neighbours_.resize(nodes_.size());
+    for (std::size_t i = 0; i < degree.size(); ++i) neighbours_[i].reserve(degree[i]);
+    for (const auto& [a, b] : edges) {
+      neighbours_[slot_[a]].push_back(slot_[b]);
+      neighbours_[slot_[b]].push_back(slot_[a]);
+      push(slot_[a], slot_[b]);
+    }
+  }
+
   int find(int i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
 
   /// The nodes that the neighbours have become, each once, without itself.
-  std::vector<int>& liveNeighbours(int i) {
-    ++stamp_;
-    seen_.resize(nodes_.size(), 0);
-    seen_[i] = stamp_;
+  const std::vector<int>& liveNeighbours(int i) {
+    seen_[i] = ++stamp_;
     std::vector<int>& list = neighbours_[i];
     std::size_t kept = 0;
     for (const int old : list) {
@@ -86,41 +92,41 @@ class Merging {
   }
 
   void push(int a, int b) {
-    Moments both = nodes_[a].moments;
-    both += nodes_[b].moments;
+    const Moments both = nodes_[a].moments + nodes_[b].moments;
     if (!(ellipsoidFit(both, rule_.model) >= rule_.min_fit)) return;  // never, unless one of them changes
-    const auto [low, high] = std::minmax(nodes_[a].id, nodes_[b].id);
     // From the lower id to the higher, so that rounding does not depend on the order of building.
-    const bool swap = nodes_[a].id != low;
-    const Moments &first = nodes_[swap ? b : a].moments, &second = nodes_[swap ? a : b].moments;
-    heap_.push_back({Moments::squaredDistance(first, second), low, high, a, b});
-    if (heaped_) std::push_heap(heap_.begin(), heap_.end(), later);
+    const auto [low, high] = std::minmax(a, b);
+    queue_.push({Moments::squaredDistance(nodes_[low].moments, nodes_[high].moments), low, high, both.n});
   }
 
-  void merge(int a, int b) {
-    const int c = static_cast<int>(nodes_.size());
-    VoidNode node = nodes_[a];
-    node.moments += nodes_[b].moments;
-    node.id = std::min(nodes_[a].id, nodes_[b].id);
-    nodes_.push_back(node);
-    parent_.push_back(c);
-    parent_[a] = parent_[b] = c;
-    std::vector<int> joined = std::move(neighbours_[a]);
-    joined.insert(joined.end(), neighbours_[b].begin(), neighbours_[b].end());
-    std::vector<int>().swap(neighbours_[b]);
-    neighbours_.push_back(std::move(joined));
-    for (const int j : liveNeighbours(c)) {
-      neighbours_[j].push_back(c);
-      push(c, j);
-    }
+  /// Sums lie scattered over memory: ask for those of all neighbours at once.
+  static void fetch(const VoidNode& node) {
+    __builtin_prefetch(&node);
+    __builtin_prefetch(reinterpret_cast<const char*>(&node + 1) - 1);
+  }
+
+  void merge(int low, int high) {
+    nodes_[low].moments += nodes_[high].moments;
+    parent_[high] = low;
+    count_[low] = nodes_[low].moments.n;
+    count_[high] = kGone;
+    std::vector<int>&kept = neighbours_[low], &other = neighbours_[high];
+    if (kept.size() < other.size()) kept.swap(other);
+    kept.insert(kept.end(), other.begin(), other.end());
+    std::vector<int>().swap(other);
+    const std::vector<int>& around = liveNeighbours(low);  // they know it by the names of its parts
+    for (const int j : around) fetch(nodes_[j]);
+    for (const int j : around) push(low, j);
   }
 
   const ClusterRule& rule_;
+  std::vector<int> slot_;  // per node of the graph its place in nodes_
   std::vector<VoidNode> nodes_;
+  static constexpr int64_t kGone = -(int64_t{1} << 62);
+  std::vector<int64_t> count_;  // voxels of a node, kGone when it is part of another
   std::vector<int> parent_;
   std::vector<std::vector<int>> neighbours_;
-  std::vector<Pair> heap_;
-  bool heaped_ = false;
+  PairQueue queue_;
   std::vector<int> seen_;
   int stamp_ = 0;
 };
@@ -184,10 +190,10 @@ std::vector<std::pair<int, int>> labelEdges(const LabelBox& box, const std::vect
 
 }  // namespace
 
-VoidGraph mergeNearestFirst(const VoidGraph& graph, const ClusterRule& rule, std::vector<int>& merged_into) {
-  Merging merging(graph, rule);
+VoidGraph mergeNearestFirst(VoidGraph graph, const ClusterRule& rule, std::vector<int>& merged_into) {
+  Merging merging(std::move(graph), rule);
   merging.run();
-  return merging.result(static_cast<int>(graph.nodes.size()), merged_into);
+  return merging.result(merged_into);
 }
 
 VoidGraph seedEllipsoids(const std::vector<Voxel>& voxels, const ClusterRule& rule,
@@ -196,9 +202,9 @@ VoidGraph seedEllipsoids(const std::vector<Voxel>& voxels, const ClusterRule& ru
   labels.assign(voxels.size(), -1);
   if (voxels.empty()) return graph;
   LabelBox box(voxels);
+  int seeds = 0;
   const auto attach = [&](int i) {
-    const int label = static_cast<int>(graph.nodes.size());
-    graph.nodes.push_back({{}, 0});
+    const int label = seeds++;
     box.cell[box.at[i]] = label;
     for (const int offset : box.neighbour) {
       int32_t& cell = box.cell[box.at[i] + offset];
@@ -212,18 +218,25 @@ VoidGraph seedEllipsoids(const std::vector<Voxel>& voxels, const ClusterRule& ru
       if (box.cell[box.at[i]] == LabelBox::kOpen &&
           (!random || mix(voxelId(voxels[i]) ^ mix(rule.seed)) < limit))
         attach(i);
-  for (int i = count - 1; i >= 0; --i) {
-    labels[i] = box.cell[box.at[i]];
+  // Numbered anew in the order of their first voxels, so that neighbours lie near each other in memory too.
+  std::vector<int> number(seeds, -1);
+  graph.nodes.reserve(seeds);
+  for (int i = 0; i < count; ++i) {
+    int32_t& cell = box.cell[box.at[i]];
+    if (number[cell] < 0) {
+      number[cell] = static_cast<int>(graph.nodes.size());
+      graph.nodes.push_back({{}, voxelId(voxels[i])});
+    }
+    labels[i] = cell = number[cell];
     graph.nodes[labels[i]].moments.add(voxels[i]);
-    graph.nodes[labels[i]].id = voxelId(voxels[i]);  // ends with the smallest
   }
-  graph.edges = labelEdges(box, labels, static_cast<int>(graph.nodes.size()));
+  graph.edges = labelEdges(box, labels, seeds);
   return graph;
 }
 
 VoidGraph clusterVoids(const std::vector<Voxel>& voxels, const ClusterRule& rule, std::vector<int>& labels) {
   std::vector<int> merged_into;
-  const VoidGraph merged = mergeNearestFirst(seedEllipsoids(voxels, rule, labels), rule, merged_into);
+  VoidGraph merged = mergeNearestFirst(seedEllipsoids(voxels, rule, labels), rule, merged_into);
   for (int& label : labels) label = merged_into[label];
   return merged;
 }
