@@ -99,6 +99,13 @@ def test_unknown_is_what_is_neither_free_nor_occupied():
     assert cells[0, 0, 0] == 0
 
 
+def test_the_roof_has_a_namespace_of_its_own(drawing):
+    top, middle = viz_synthetic.HIGH - 0.05, (viz_synthetic.LOW + viz_synthetic.HIGH) / 2.0
+    msg = Evaluation(resolution=0.1, occupied=[*top, *middle])
+    heights = {m.ns: max(p.z for p in m.points) for m in read(drawing.occupied(HEADER, msg, True))}
+    assert heights["occupied_roof"] > heights["occupied"]
+
+
 def test_low_and_nan_utilities_are_not_drawn():
     assert utility_values(np.array([1.0, 0.5, 0.01, np.nan, np.inf]), 4, 0.05).tolist() == [4, 2, 0, 0, 0]
     assert utility_values(np.zeros(3), 4, 0.05).tolist() == [0, 0, 0]
@@ -108,8 +115,18 @@ def test_views_show_pyramids_and_scores(evaluation):
     msg, config = viz_synthetic.views(evaluation), VizConfig(max_view_scores=3)
     markers = read(decisions.views(HEADER, msg, config))
     assert len(markers[1].points) == 20 * len(msg.views)
-    assert [m.text.split(":")[0] for m in markers[2:]] == ["1", "2", "3"]
+    ranks = [int(m.text.split(":")[0]) for m in markers[2:]]
+    assert ranks[0] == 1
+    assert ranks == sorted(ranks)
+    assert len(ranks) <= 3
     assert len(read(decisions.chosen_view(HEADER, msg, config))) == 5
+
+
+def test_scores_that_would_cover_each_other_are_left_out():
+    line = np.column_stack([[0.0, 0.1, 0.3, 0.35, 0.9], np.zeros(5), np.zeros(5)])
+    assert decisions.apart(line, 0.25, 10) == [0, 2, 4]
+    assert decisions.apart(line, 0.25, 2) == [0, 2]
+    assert decisions.apart(line, 0.0, 0) == []
 
 
 def test_the_pyramid_opens_along_the_view(evaluation):

@@ -46,6 +46,15 @@ def test_a_figure_is_saved_with_what_it_shows_and_its_command(tmp_path):
         assert picture.width == 3 * compose.PANEL
 
 
+def test_the_legend_panel_lists_the_layers_that_are_shown():
+    few = legend.image_message(VizConfig(), ["free", "utility"])
+    many = legend.image_message(VizConfig(), legend.entries(VizConfig()))
+    assert few.height < many.height
+    assert len(few.data) == few.step * few.height
+    green = legend.image_message(VizConfig(), ["utility"]).data
+    assert green != legend.image_message(VizConfig(utility_scale="viridis"), ["utility"]).data
+
+
 def test_the_slice_shows_each_class_in_its_colour():
     picture = compose.slice_picture(np.array([[0, 1], [2, 3]]), cell_px=10)
     at = {

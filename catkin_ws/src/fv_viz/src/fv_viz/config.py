@@ -25,11 +25,11 @@ class VizConfig:
     unknown_alpha: float = 0.3
     void_alpha: float = 0.35
     ellipsoid_alpha: float = 0.35
+    roof_m: float = 0.1
     max_dots: int = 50_000
-    max_view_scores: int = 10
+    max_view_scores: int = 5
     view_size_m: float = 0.12
     ghosts: int = 5
-    camera_frame: str = ""
 
     def __post_init__(self) -> None:
         shares = [field.name for field in dataclasses.fields(self) if field.name.endswith("_alpha")]
@@ -44,6 +44,7 @@ class VizConfig:
         )
         _require(self.max_view_scores >= 0, "max_view_scores", self.max_view_scores, "0 or more")
         _require(self.max_dots >= 0, "max_dots", self.max_dots, "0 or more")
+        _require(self.roof_m >= 0.0, "roof_m", self.roof_m, "a length [m], 0 or more")
         _require(self.view_size_m > 0.0, "view_size_m", self.view_size_m, "a positive length [m]")
         _require(self.ghosts >= 0, "ghosts", self.ghosts, "0 or more")
 
@@ -59,6 +60,9 @@ class ScreenshotConfig:
     timeout_s: float = 45.0
     start_timeout_s: float = 90.0
     settle_s: float = 6.0
+    view_yaw_deg: float = -140.0
+    view_pitch_deg: float = 42.0
+    view_cut: float = 0.3
     log: str = ""
 
     def __post_init__(self) -> None:
@@ -66,6 +70,8 @@ class ScreenshotConfig:
             _require(160 <= getattr(self, name) <= 8192, name, getattr(self, name), "pixels in 160..8192")
         for name in ("timeout_s", "start_timeout_s", "settle_s"):
             _require(getattr(self, name) > 0.0, name, getattr(self, name), "a positive time [s]")
+        _require(abs(self.view_pitch_deg) < 90.0, "view_pitch_deg", self.view_pitch_deg, "degrees in -90..90")
+        _require(self.view_cut >= 0.0, "view_cut", self.view_cut, "0 or more")
 
 
 def _require(condition: bool, name: str, value: Any, wanted: str) -> None:

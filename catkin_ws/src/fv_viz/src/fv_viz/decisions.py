@@ -29,12 +29,21 @@ def views(header: Header, msg, config: VizConfig) -> list[bytes]:
     rgba = np.column_stack([colors.rgb("views") + (1.0 - share[:, None]) * 0.55, np.ones(len(share))])
     rgba = np.repeat(np.clip(rgba, 0.0, 1.0), edges.shape[1], axis=0)
     out.append(shapes.lines(header, "views", edges.reshape(-1, 3), rgba, config.view_size_m / 20))
-    ranks = np.flatnonzero(valid) + 1
-    for number in range(min(config.max_view_scores, len(scores))):
-        at = edges[number].mean(axis=0) + np.array([0.0, 0.0, 0.8 * config.view_size_m])
-        words = f"{ranks[number]}: {scores[number]:.3g}"
-        out.append(shapes.text(header, "view_scores", at, words, 0.4 * config.view_size_m, DARK, number))
+    ranks, height = np.flatnonzero(valid) + 1, 0.6 * config.view_size_m
+    places = edges.mean(axis=1) + np.array([0.0, 0.0, 1.2 * config.view_size_m])
+    for number in apart(places, 5.0 * height, config.max_view_scores):
+        words = f"{ranks[number]}: {scores[number]:.2g}"
+        out.append(shapes.text(header, "view_scores", places[number], words, height, DARK, number))
     return out
+
+
+def apart(places: np.ndarray, distance_m: float, most: int) -> list[int]:
+    """At most so many rows of places (N, 3) [m], the first ones, none nearer to another than the distance."""
+    kept: list[int] = []
+    for number, place in enumerate(places):
+        if len(kept) < most and all(np.linalg.norm(place - places[k]) >= distance_m for k in kept):
+            kept.append(number)
+    return kept
 
 
 def chosen_view(header: Header, msg, config: VizConfig) -> list[bytes]:
@@ -51,22 +60,15 @@ def chosen_view(header: Header, msg, config: VizConfig) -> list[bytes]:
     edges = shapes.pyramid_edges(pyramid, positions, matrices)[0]
     faces = shapes.marker(header, "chosen_view/cone", Marker.TRIANGLE_LIST, color, 0.25)
     sight = np.vstack([positions[0], positions[0] + matrices[0][:, 2] * (msg.max_range or 1.0)])
-    words = f"next view: expects {view.void_gain:.3f} m³ of void"
+    words = f"next: {view.void_gain:.2g} m³"
     at = positions[0] + np.array([0.0, 0.0, 2.0 * config.view_size_m])
     return [
         *out,
         shapes.lines(header, "chosen_view", edges, color, width),
         packing.pack_marker(faces, shapes.pyramid_faces(pyramid, positions[0], matrices[0])),
         shapes.lines(header, "chosen_view/sight", sight, color, width / 3),
-        shapes.text(header, "chosen_view/text", at, words, config.view_size_m, color),
+        shapes.text(header, "chosen_view/text", at, words, 0.8 * config.view_size_m, color),
     ]
-
-
-def camera(header: Header, size_m: float, horizontal_fov: float, vertical_fov: float) -> list[bytes]:
-    """The camera where it is now, in its own optical frame (the header's)."""
-    pyramid = shapes.pyramid_points(horizontal_fov, vertical_fov, 1.5 * size_m)
-    edges = shapes.pyramid_edges(pyramid, np.zeros((1, 3)), np.eye(3)[None])[0]
-    return [shapes.clear(header), shapes.lines(header, "camera", edges, DARK, size_m / 12)]
 
 
 def path(

@@ -33,6 +33,7 @@ class EvaluationDrawing:
         steps = config.utility_levels
         voxel = layers.VoxelLayer
         self._occupied = voxel("occupied", self._height, config)
+        self._roof = voxel("occupied_roof", self._height, config)
         self._free = voxel("free", layers.plain(colors.rgb("free"), config.free_alpha), config)
         self._unknown = voxel("unknown", layers.plain(colors.rgb("unknown"), config.unknown_alpha), config)
         self._frontier = voxel(
@@ -51,8 +52,14 @@ class EvaluationDrawing:
         self._height.low_m, self._height.high_m = float(low[2]), float(high[2])
 
     def occupied(self, header: Header, msg, full: bool) -> list[bytes]:
-        """Occupied voxels by height."""
-        return self._occupied.update(header, msg.resolution, triples(msg.occupied), full=full)
+        """Occupied voxels by height; a namespace of its own for the roof, which would hide the room from above."""
+        centers = triples(msg.occupied)
+        top = np.inf if self._bounds is None else self._bounds[1][2] - self._config.roof_m
+        roof = centers[:, 2] > top
+        size = msg.resolution
+        return self._occupied.update(header, size, centers[~roof], full=full) + self._roof.update(
+            header, size, centers[roof], full=full
+        )
 
     def free(self, header: Header, msg, full: bool) -> list[bytes]:
         """Free space as its translucent skin."""

@@ -34,7 +34,8 @@ def entries(config: VizConfig) -> dict[str, list[Entry]]:
         return Entry(kind, colors.rgb(name)[None], colors.CLASSES[name][1])
 
     steps = np.linspace(0.0, 1.0, 24)
-    height = Entry("scale", colors.scale(config.height_scale, steps), "occupied, low to high")
+    roof = " (roof left out)" if config.roof_m else ""
+    height = Entry("scale", colors.scale(config.height_scale, steps), f"occupied, low to high{roof}")
     utility = Entry(
         "scale", colors.scale(config.utility_scale, steps), "utility of a free voxel, low to high"
     )
@@ -101,10 +102,10 @@ def framed(picture: Picture.Image, title: str, facts: Iterable[str], lines: list
     return out
 
 
-def image_message(config: VizConfig) -> Image:
-    """The whole legend as an image message for an RViz panel."""
-    lines = [entry for group in entries(config).values() for entry in group]
-    picture = draw(lines, 420, 1)
+def image_message(config: VizConfig, layers: Iterable[str]) -> Image:
+    """The legend of some layers as an image message for an RViz panel."""
+    known = entries(config)
+    picture = draw([entry for name in known if name in set(layers) for entry in known[name]], 420, 1)
     return Image(
         height=picture.height,
         width=picture.width,

@@ -9,14 +9,15 @@ import threading
 import time
 from pathlib import Path
 
+import numpy as np
 import rospkg
 import rospy
-from fv_msgs.msg import Views
+from fv_msgs.msg import ExplorationVolume, Views
 from fv_msgs.srv import Screenshot, ScreenshotRequest, ScreenshotResponse
 from PIL import Image as Picture
 from std_msgs.msg import UInt64
 
-from fv_viz import legend
+from fv_viz import decisions, framing, legend
 from fv_viz.config import ScreenshotConfig, VizConfig
 from fv_viz.offscreen.camera import Camera, RvizFailed
 from hubo_description.schema import from_mapping
@@ -33,14 +34,15 @@ class ScreenshotNode:
         if not os.path.isfile(config.config):
             raise ValueError(f"no RViz configuration {config.config}")
         self._config = config
-        self._entries = legend.entries(VizConfig())
         self._camera = Camera(config)
         self._lock = threading.Lock()
         self._drawn = 0
         self._views: Views | None = None
+        self._volume: ExplorationVolume | None = None
         self._subscribers = [
             rospy.Subscriber("/fv_viz/drawn", UInt64, self._on_drawn, queue_size=1),
             rospy.Subscriber("/fv_exploration/views", Views, self._on_views, queue_size=1),
+            rospy.Subscriber("/fv_exploration/volume", ExplorationVolume, self._on_volume, queue_size=1),
         ]
         self._start()
         self._service = rospy.Service("/fv_viz/screenshot", Screenshot, self._serve)
@@ -61,6 +63,18 @@ class ScreenshotNode:
 
     def _on_views(self, msg: Views) -> None:
         self._views = msg
+
+    def _on_volume(self, msg: ExplorationVolume) -> None:
+        self._volume = msg
+
+    def _look(self, request: ScreenshotRequest) -> list[float]:
+        """The camera asked for; without any, one that sees the exploration volume cut open."""
+        if request.camera or request.preset or self._volume is None:
+            return list(request.camera)
+        low, high = decisions.corners(self._volume.bounds)
+        config, turn = self._config, np.deg2rad([self._config.view_yaw_deg, self._config.view_pitch_deg])
+        cut_m = config.view_cut * float(np.linalg.norm(high - low))
+        return framing.orbit(framing.corners(low, high), *turn, config.width / config.height, cut_m)
 
     def _heading(self, request: ScreenshotRequest) -> tuple[str, list[str]]:
         """Title and facts of the request; without any, what the newest decision says."""
@@ -89,10 +103,12 @@ class ScreenshotNode:
         self._wait_for_map(request.map_sequence)
         with tempfile.TemporaryDirectory() as folder:
             raw = os.path.join(folder, "raw.png")
-            order = {"grab": raw, "preset": request.preset, "camera": list(request.camera)}
+            order = {"grab": raw, "preset": request.preset, "camera": self._look(request)}
             reply = self._camera.take({**order, "show": list(request.show), "hide": list(request.hide)})
             layers = [] if request.no_legend else [t.rsplit("/", 1)[-1] for t in reply["topics"]]
-            lines = [line for name, group in self._entries.items() if name in layers for line in group]
+            marking = from_mapping(VizConfig, rospy.get_param("/fv_viz", {}), "parameters of /fv_viz")
+            entries = legend.entries(marking)
+            lines = [line for name, group in entries.items() if name in layers for line in group]
             picture = legend.framed(Picture.open(raw).convert("RGB"), *self._heading(request), lines)
         picture.save(path, "PNG")
         return reply, str(path)

@@ -42,15 +42,18 @@ SOURCES = {
 }
 
 
-class _Newcomers(rospy.SubscribeListener):
-    """Notes that a topic has a new subscriber."""
+class _Audience(rospy.SubscribeListener):
+    """Notes that a topic has a new subscriber, or one less."""
 
-    def __init__(self, note) -> None:
+    def __init__(self, came, left) -> None:
         super().__init__()
-        self._note = note
+        self._came, self._left = came, left
 
     def peer_subscribe(self, topic_name, topic_publish, peer_publish) -> None:
-        self._note()
+        self._came()
+
+    def peer_unsubscribe(self, topic_name, num_peers) -> None:
+        self._left()
 
 
 class VizNode:
@@ -64,10 +67,10 @@ class VizNode:
         self._robot: RobotShapes | None = None
         self._due: dict[str, bool] = {}  # layer -> whole?
         self._held: dict[str, float] = {}  # layer -> resolution of the voxels that RViz holds
+        self._legend_due, self._in_legend = True, None
         self._wake = threading.Condition()
         self._publishers = {name: self._advertise(name) for name in (*EVALUATION_LAYERS, *SOURCES)}
         self._legend = rospy.Publisher("/fv_viz/legend", Image, latch=True, queue_size=1)
-        self._legend.publish(legend.image_message(self._config))
         self._drawn = rospy.Publisher("/fv_viz/drawn", UInt64, latch=True, queue_size=1)
         self._drawn.publish(0)
         self._subscribe()
@@ -76,16 +79,19 @@ class VizNode:
         """Draw what is due until shutdown."""
         while not rospy.is_shutdown():
             with self._wake:
-                if not self._due:
+                if not self._due and not self._legend_due:
                     self._wake.wait(0.5)
                 due, self._due = self._due, {}
+                legend_due, self._legend_due = self._legend_due, False
                 messages = dict(self._messages)
+            if legend_due:
+                self._draw_legend()
             if due:
                 self._draw_all(due, messages)
 
     def _advertise(self, name: str) -> rospy.Publisher:
         kind = PointCloud2 if name == "void" else MarkerArray
-        listener = _Newcomers(lambda: self._request((name,), whole=True))
+        listener = _Audience(lambda: self._request((name,), whole=True), lambda: self._request(()))
         return rospy.Publisher(f"/fv_viz/{name}", kind, listener, queue_size=10)
 
     def _subscribe(self) -> None:
@@ -103,6 +109,7 @@ class VizNode:
         with self._wake:
             for name in names:
                 self._due[name] = whole or self._due.get(name, False)
+            self._legend_due |= whole or not names
             self._wake.notify()
 
     def _on_evaluation(self, msg) -> None:
@@ -123,6 +130,13 @@ class VizNode:
 
     def _on_joints(self, msg) -> None:
         self._joints.update(zip(msg.name, msg.position, strict=False))
+
+    def _draw_legend(self) -> None:
+        """The legend of the layers that somebody looks at, when they are others than before."""
+        looked_at = tuple(name for name, out in self._publishers.items() if out.get_num_connections())
+        if looked_at != self._in_legend:
+            self._in_legend = looked_at
+            self._legend.publish(legend.image_message(self._config, (*looked_at, "removed")))
 
     def _draw_all(self, due: dict[str, bool], messages: dict[str, object]) -> None:
         started = time.monotonic()
