@@ -44,7 +44,7 @@ DAMAGES = {
     "swapped range": ("sensors.yaml", "min_range_m: 0.3", "min_range_m: 5.0", "min_range_m < max_range_m"),
     "text for number": ("sensors.yaml", "rate_hz: 5.0", "rate_hz: fast", "expected float, got 'fast'"),
     "nan": ("sensors.yaml", "rate_hz: 5.0", "rate_hz: .nan", "finite"),
-    "sensor type": ("sensors.yaml", "type: depth_camera", "type: x_ray", "'x_ray'; valid types: depth_camera"),
+    "sensor type": ("sensors.yaml", "type: depth_camera", "type: x_ray", "'x_ray'.*camera, lidar, imu, force_torque"),
     "sensor link": ("sensors.yaml", "link: hand_camera_link", "link: nose", "unknown link of sensor.*'nose'"),
     "noise key": ("sensors.yaml", "sigma_base_m", "sigma_base_mm", "unknown key 'sigma_base_mm'.*sigma_base_m"),
     "broken yaml": ("sensors.yaml", "hand_camera:", "hand_camera: [", "no valid YAML"),

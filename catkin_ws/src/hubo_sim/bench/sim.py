@@ -6,6 +6,7 @@ messages of the scan time.
 
 from __future__ import annotations
 
+import dataclasses
 import resource
 import statistics
 import time
@@ -90,8 +91,8 @@ def real_time_factor(runs: int) -> list[dict]:
 def scan_time(runs: int) -> list[dict]:
     """A 640x480 cloud with the robot's noise from render to message."""
     sim, times = office(), []
-    content = dict(sim.spec.sensors["hand_camera"], width=640, height=480)
-    camera = DepthCamera("big", content, sim.robot)
+    config = dataclasses.replace(sim.cameras["hand_camera"].config, width=640, height=480)
+    camera = DepthCamera(config, sim.robot)
     sim.step()
     for i in range(10 * runs):
         start = time.perf_counter()

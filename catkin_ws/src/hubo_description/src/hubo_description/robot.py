@@ -10,7 +10,7 @@ from hubo_description.config import JointLimit, RobotConfig, parse_joint_limits
 from hubo_description.controllers import check_controllers
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.schema import from_mapping, read_yaml
-from hubo_description.sensors import Sensor, parse_sensors
+from hubo_description.sensors import DepthCamera, ForceTorque, Sensor, parse_sensors
 from hubo_description.srdf import Group, parse_srdf, read_srdf
 from hubo_description.urdf import UrdfModel, load_urdf, parse_urdf
 
@@ -118,12 +118,20 @@ def _check_references(robot: Robot) -> None:
     _require(exploration.group, robot.groups, "exploration group", where)
     _require(exploration.capability_group, robot.groups, "capability_group", where)
     _require(exploration.start_pose, robot.group_states[exploration.group], "start_pose", where)
-    _require(exploration.camera, robot.sensors, "camera", where)
+    cameras = [name for name, sensor in robot.sensors.items() if isinstance(sensor, DepthCamera)]
+    _require(exploration.camera, cameras, "camera", where)
     for shape in [*exploration.clearance.boxes, *exploration.clearance.spheres]:
         _require(shape.frame, robot.model.links, "clearance frame", where)
     for name, sensor in robot.sensors.items():
-        for link in (sensor.link, sensor.optical_frame):
-            _require(link, robot.model.links, f"link of sensor {name}", str(robot.folder / "sensors.yaml"))
+        _check_sensor(name, sensor, robot.model, str(robot.folder / "sensors.yaml"))
+
+
+def _check_sensor(name: str, sensor: Sensor, model: UrdfModel, where: str) -> None:
+    """Check that the links, or the joint, that a sensor names exist."""
+    if isinstance(sensor, ForceTorque):
+        _require(sensor.joint, model.joints, f"joint of sensor {name}", where)
+    for link in sensor.links:
+        _require(link, model.links, f"link of sensor {name}", where)
 
 
 def _require(value: str, valid, what: str, where: str) -> None:

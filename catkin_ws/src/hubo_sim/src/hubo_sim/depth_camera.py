@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
-from hubo_sim.config import from_mapping, number
-from hubo_sim.errors import SimError
-from hubo_sim.noise import DepthNoise, NoiseConfig
+import hubo_description.sensors as description
+from hubo_sim.noise import DepthNoise
 from hubo_sim.render import Pinhole, take_picture
 from hubo_sim.scene import Scene
 from hubo_sim.sim_robot import SimRobot
@@ -20,43 +18,6 @@ from hubo_sim.transforms import apply
 _NEAR_M = 0.1
 _CLOSE_M = 0.005
 _FAR_MARGIN_M = 0.5
-
-
-@dataclass(frozen=True)
-class DepthCameraConfig:
-    """A `type: depth_camera` entry of sensors.yaml. The range limits speak of depth along the optical axis."""
-
-    type: str
-    link: str
-    optical_frame: str
-    topic: str
-    width: int
-    height: int
-    horizontal_fov_deg: float
-    vertical_fov_deg: float
-    min_range_m: float
-    max_range_m: float
-    rate_hz: float = 5.0
-    noise: dict[str, Any] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        for name in ("width", "height"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 4096:
-                raise SimError(f"{name} must be a whole number of pixels within [1, 4096], got {value!r}")
-        for name in ("horizontal_fov_deg", "vertical_fov_deg"):
-            number(getattr(self, name), name, 1.0, 170.0)
-        number(self.rate_hz, "rate_hz", 0.01, 1000.0)
-        number(self.min_range_m, "min_range_m", _CLOSE_M)
-        number(self.max_range_m, "max_range_m", self.min_range_m)
-        from_mapping(NoiseConfig, self.noise, "noise")
-
-    @property
-    def pinhole(self) -> Pinhole:
-        """The ideal camera behind it."""
-        return Pinhole(
-            self.width, self.height, np.radians(self.horizontal_fov_deg), np.radians(self.vertical_fov_deg)
-        )
 
 
 @dataclass(frozen=True)
@@ -71,16 +32,19 @@ class DepthCamera:
     """Measures the scene from the optical frame's true pose; the robot itself is seen too."""
 
     def __init__(
-        self, name: str, content: dict[str, Any], robot: SimRobot, noise: bool = True, seed: int = 0
+        self, config: description.DepthCamera, robot: SimRobot, noise: bool = True, seed: int = 0
     ) -> None:
-        self.name = name
-        self.config: DepthCameraConfig = from_mapping(DepthCameraConfig, content, f"sensors.yaml: {name}")
-        self.pinhole = self.config.pinhole
+        self.config = config
+        self.pinhole = Pinhole(
+            config.width,
+            config.height,
+            np.radians(config.horizontal_fov_deg),
+            np.radians(config.vertical_fov_deg),
+        )
         self._robot = robot
         self._rays = self.pinhole.rays().astype(np.float32)
-        noise_config = from_mapping(NoiseConfig, self.config.noise, f"sensors.yaml: {name}: noise")
-        self._noise = DepthNoise(noise_config, self.pinhole, seed) if noise else None
-        for link in (self.config.link, self.config.optical_frame):
+        self._noise = DepthNoise(config.noise, self.pinhole, seed) if noise else None
+        for link in config.links:
             robot.link_pose(link)  # fail at start when it does not exist
         self._own = {(robot.body, robot.link_index[name]) for name in robot.rigid_with(self.config.link)}
         self._sees_own: bool | None = None  # whether a link that moves with the camera is close in view

@@ -2,86 +2,23 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any
-
 import numpy as np
 
-from hubo_sim.config import from_mapping, number
-from hubo_sim.errors import SimError
+from hubo_description.sensors import AxialNoise
+from hubo_description.sensors import DepthNoise as NoiseConfig
 from hubo_sim.render import Pinhole
 
 # A pixel belongs to a depth edge when a neighbour's depth differs by more than this share of its own.
 _EDGE_SHARE = 0.03
 
 
-@dataclass(frozen=True)
-class AxialNoise:
-    """sigma_z(z) = base + quadratic (z - offset)^2; Nguyen, Izadi, Lovell, 3DIMPVT 2012, equation 3 without angle."""
-
-    enabled: bool = False
-    sigma_base_m: float = 0.0012
-    sigma_quadratic_per_m: float = 0.0019
-    offset_m: float = 0.4
-
-    def sigma(self, depth_m: np.ndarray) -> np.ndarray:
-        """Standard deviation [m] at depths [m], any shape."""
-        out = np.subtract(depth_m, self.offset_m)
-        out *= out
-        out *= self.sigma_quadratic_per_m
-        out += self.sigma_base_m
-        return out
-
-
-@dataclass(frozen=True)
-class LateralNoise:
-    """Normal jitter [pixel] of where each pixel looks: felt at depth edges (0.8 px: the same paper)."""
-
-    enabled: bool = False
-    sigma_px: float = 0.8
-
-
-@dataclass(frozen=True)
-class GrazingLoss:
-    """No return where the ray meets the surface at a larger angle to its normal than this."""
-
-    enabled: bool = False
-    max_incidence_deg: float = 80.0
-
-
-@dataclass(frozen=True)
-class MixedPixels:
-    """This share of the pixels at a depth edge measures something between foreground and background."""
-
-    enabled: bool = False
-    share: float = 0.3
-
-
-_PARTS = {"axial": AxialNoise, "lateral": LateralNoise, "grazing": GrazingLoss, "mixed_pixels": MixedPixels}
-
-
-@dataclass(frozen=True)
-class NoiseConfig:
-    """The `noise` entry of a depth camera in sensors.yaml; parts may be given as mappings. All are off by default."""
-
-    seed: int = 0
-    axial: Any = field(default_factory=AxialNoise)
-    lateral: Any = field(default_factory=LateralNoise)
-    grazing: Any = field(default_factory=GrazingLoss)
-    mixed_pixels: Any = field(default_factory=MixedPixels)
-
-    def __post_init__(self) -> None:
-        if isinstance(self.seed, bool) or not isinstance(self.seed, int) or self.seed < 0:
-            raise SimError(f"seed must be a non-negative integer, got {self.seed!r}")
-        for name, cls in _PARTS.items():
-            value = getattr(self, name)
-            part = value if isinstance(value, cls) else from_mapping(cls, value, name)
-            if not isinstance(part.enabled, bool):
-                raise SimError(f"{name}: enabled must be true or false, got {part.enabled!r}")
-            for key, entry in vars(part).items():
-                if key != "enabled":
-                    number(entry, f"{name}: {key}", 0.0)
-            object.__setattr__(self, name, part)
+def axial_sigma(noise: AxialNoise, depth_m: np.ndarray) -> np.ndarray:
+    """Standard deviation [m] at depths [m], any shape: Nguyen et al. 2012, equation 3 without the angle."""
+    out = np.subtract(depth_m, noise.offset_m)
+    out *= out
+    out *= noise.sigma_quadratic_per_m
+    out += noise.sigma_base_m
+    return out
 
 
 class DepthNoise:
@@ -103,7 +40,7 @@ class DepthNoise:
             depth = self._mix(depth, rng)
         if config.axial.enabled:
             error = rng.standard_normal(depth.shape, np.float32)
-            error *= config.axial.sigma(depth)
+            error *= axial_sigma(config.axial, depth)
             depth = error + depth
         return depth if lost is None else np.where(lost, np.float32(np.nan), depth)
 

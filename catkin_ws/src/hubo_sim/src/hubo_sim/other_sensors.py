@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 
-from hubo_sim.config import from_mapping, number
-from hubo_sim.errors import SimError
+import hubo_description.sensors as description
 from hubo_sim.scene import GRAVITY_M_S2, Scene
 from hubo_sim.sim_robot import SimRobot
 from hubo_sim.transforms import apply, inverse
@@ -17,81 +13,14 @@ _RAYS_AT_ONCE = 8192  # Bullet's limit is 16384
 _THREADS = 1  # more would change nothing in the answer and take the other nodes' cores
 
 
-@dataclass(frozen=True)
-class LidarConfig:
-    """`type: lidar`: rays over azimuth, about z from x to y of `frame`, in `layers` of elevation; 1 layer: planar."""
-
-    type: str
-    link: str
-    frame: str
-    topic: str
-    samples: int
-    min_range_m: float
-    max_range_m: float
-    layers: int = 1
-    horizontal_fov_deg: float = 360.0
-    vertical_fov_deg: float = 0.0
-    rate_hz: float = 10.0
-    sigma_m: float = 0.0
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        for name in ("samples", "layers"):
-            value = getattr(self, name)
-            if isinstance(value, bool) or not isinstance(value, int) or not 1 <= value <= 100_000:
-                raise SimError(f"{name} must be a whole number within [1, 100000], got {value!r}")
-        number(self.horizontal_fov_deg, "horizontal_fov_deg", 0.0, 360.0)
-        number(self.vertical_fov_deg, "vertical_fov_deg", 0.0, 180.0)
-        number(self.min_range_m, "min_range_m", 0.0)
-        number(self.max_range_m, "max_range_m", self.min_range_m)
-        number(self.rate_hz, "rate_hz", 0.01, 1000.0)
-        number(self.sigma_m, "sigma_m", 0.0)
-
-
-@dataclass(frozen=True)
-class ImuConfig:
-    """`type: imu`: angular velocity and specific force (gravity at rest: +9.81 upwards) of a link, in its frame."""
-
-    type: str
-    link: str
-    topic: str
-    rate_hz: float = 100.0
-    sigma_rad_s: float = 0.0
-    sigma_m_s2: float = 0.0
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        number(self.rate_hz, "rate_hz", 0.01, 1000.0)
-        number(self.sigma_rad_s, "sigma_rad_s", 0.0)
-        number(self.sigma_m_s2, "sigma_m_s2", 0.0)
-
-
-@dataclass(frozen=True)
-class ForceTorqueConfig:
-    """`type: force_torque`: Bullet's reaction in a joint, in the frame of the joint's child link."""
-
-    type: str
-    joint: str
-    topic: str
-    rate_hz: float = 100.0
-    sigma_n: float = 0.0
-    sigma_nm: float = 0.0
-    seed: int = 0
-
-    def __post_init__(self) -> None:
-        number(self.rate_hz, "rate_hz", 0.01, 1000.0)
-        number(self.sigma_n, "sigma_n", 0.0)
-        number(self.sigma_nm, "sigma_nm", 0.0)
-
-
 class Lidar:
     """Casts rays against the collision shapes; the robot's own link that carries it is transparent."""
 
-    def __init__(self, name: str, content: dict[str, Any], robot: SimRobot) -> None:
-        self.config: LidarConfig = from_mapping(LidarConfig, content, f"sensors.yaml: {name}")
+    def __init__(self, config: description.Lidar, robot: SimRobot) -> None:
+        self.config = config
         self._robot = robot
-        for link in (self.config.link, self.config.frame):
-            robot.link_pose(link)
+        for link in config.links:
+            robot.link_pose(link)  # fail at start when it does not exist
         self._directions = self._make_directions()
 
     @property
@@ -137,8 +66,8 @@ class Lidar:
 class Imu:
     """Differentiates the link's velocity over a physics step; call `update` after every step."""
 
-    def __init__(self, name: str, content: dict[str, Any], robot: SimRobot) -> None:
-        self.config: ImuConfig = from_mapping(ImuConfig, content, f"sensors.yaml: {name}")
+    def __init__(self, config: description.Imu, robot: SimRobot) -> None:
+        self.config = config
         self._robot = robot
         self._velocity = robot.link_velocity(self.config.link)[0]
         self._acceleration = np.zeros(3)
@@ -164,8 +93,8 @@ class Imu:
 class ForceTorque:
     """Bullet's joint reaction, of the last physics step."""
 
-    def __init__(self, name: str, content: dict[str, Any], robot: SimRobot) -> None:
-        self.config: ForceTorqueConfig = from_mapping(ForceTorqueConfig, content, f"sensors.yaml: {name}")
+    def __init__(self, config: description.ForceTorque, robot: SimRobot) -> None:
+        self.config = config
         self._robot = robot
         self.frame = robot.enable_force_torque(self.config.joint)
 
@@ -179,4 +108,4 @@ class ForceTorque:
         )
 
 
-SENSOR_TYPES = {"lidar": Lidar, "imu": Imu, "force_torque": ForceTorque}
+OTHER_SENSORS = {description.Lidar: Lidar, description.Imu: Imu, description.ForceTorque: ForceTorque}

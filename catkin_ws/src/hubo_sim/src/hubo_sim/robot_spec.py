@@ -6,6 +6,8 @@ import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 from typing import Any
 
+from hubo_description import RobotDescriptionError
+from hubo_description.sensors import Sensor, parse_sensors
 from hubo_sim.errors import SimError
 from hubo_sim.paths import resolve_file
 
@@ -51,6 +53,13 @@ class RobotSpec:
         name = start_pose or (self.config.get("exploration") or {}).get("start_pose", "")
         home = self._group_states().get("home", {})
         return home | (self.group_state(name) if name else {})
+
+    def parsed_sensors(self) -> dict[str, Sensor]:
+        """The sensors by name, checked. Raises SimError naming sensor and key."""
+        try:
+            return parse_sensors(self.sensors)
+        except RobotDescriptionError as err:
+            raise SimError(str(err)) from err
 
     def _group_states(self) -> dict[str, dict[str, float]]:
         """Joint positions [rad, m] of every named SRDF pose, over all groups that have one of that name."""

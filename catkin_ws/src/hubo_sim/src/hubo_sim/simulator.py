@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+import hubo_description.sensors as description
 from hubo_sim.config import SimConfig, from_mapping
 from hubo_sim.depth_camera import DepthCamera
 from hubo_sim.drives import EffortDrive, PositionDrive, make_drive
 from hubo_sim.errors import SimError
-from hubo_sim.other_sensors import SENSOR_TYPES, ForceTorque, Imu, Lidar
+from hubo_sim.other_sensors import OTHER_SENSORS, ForceTorque, Imu, Lidar
 from hubo_sim.robot_spec import RobotSpec
 from hubo_sim.scene import Scene
 from hubo_sim.sim_robot import SimRobot
@@ -62,12 +63,17 @@ class Simulator:
         for name, content in spec.controllers.items():
             if content.get("type") in TYPES:
                 self._add_controller(name, content)
+        sensors = spec.parsed_sensors()
         self.cameras = {
-            name: DepthCamera(name, content, self.robot, config.noise, config.seed)
-            for name, content in spec.sensors.items()
-            if content.get("type") == "depth_camera"
+            name: DepthCamera(sensor, self.robot, config.noise, config.seed)
+            for name, sensor in sensors.items()
+            if isinstance(sensor, description.DepthCamera)
         }
-        self.sensors = self._other_sensors()
+        self.sensors: dict[str, Lidar | Imu | ForceTorque] = {
+            name: OTHER_SENSORS[type(sensor)](sensor, self.robot)
+            for name, sensor in sensors.items()
+            if type(sensor) in OTHER_SENSORS
+        }
         self.clock_ns = 0
         self.steps = 0
         self.contacts = ContactLog()
@@ -132,18 +138,6 @@ class Simulator:
             self._drives[name].reset()
         self.contacts = ContactLog()
         self._rest_steps = 0
-
-    def _other_sensors(self) -> dict[str, Lidar | Imu | ForceTorque]:
-        """Everything in sensors.yaml that is no depth camera. Raises SimError for an unknown type."""
-        out = {}
-        for name, content in self.spec.sensors.items():
-            kind = content.get("type")
-            if kind in SENSOR_TYPES:
-                out[name] = SENSOR_TYPES[kind](name, content, self.robot)
-            elif kind != "depth_camera":
-                valid = ", ".join(["depth_camera", *SENSOR_TYPES])
-                raise SimError(f"sensors.yaml: {name}: unknown type {kind!r}; valid: {valid}")
-        return out
 
     def _add_controller(self, name: str, content: dict) -> None:
         config: ControllerConfig = from_mapping(ControllerConfig, content, f"controller {name}")

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import qmc
 
+import hubo_description.sensors as description
 from hubo_sim.depth_camera import DepthCamera
 from hubo_sim.errors import SimError
 from hubo_sim.paths import cache_folder
@@ -177,8 +178,12 @@ class _Sampler:
         group, camera = request.group or exploration.get("group"), request.camera or exploration.get("camera")
         if group not in spec.groups:
             raise SimError(f"unknown group {group!r}; valid: {', '.join(sorted(spec.groups))}")
-        if camera not in spec.sensors:
-            raise SimError(f"unknown camera {camera!r}; valid: {', '.join(sorted(spec.sensors))}")
+        sensors = spec.parsed_sensors()
+        cameras = sorted(
+            name for name, sensor in sensors.items() if isinstance(sensor, description.DepthCamera)
+        )
+        if camera not in cameras:
+            raise SimError(f"unknown camera {camera!r}; valid: {', '.join(cameras)}")
         scene.load_world(world)
         self._scene = scene
         self._robot = SimRobot(
@@ -192,7 +197,7 @@ class _Sampler:
         self._sequence = qmc.Halton(len(self._joints), seed=request.seed)  # more even than random numbers
         self._rng = np.random.default_rng(request.seed)
         self._turn, self._good = False, []
-        self._camera = DepthCamera(camera, spec.sensors[camera], self._robot, noise=False)
+        self._camera = DepthCamera(sensors[camera], self._robot, noise=False)
         self.grid = _Grid(request.resolution_m, request.bounds or world.bounds)
         full = self._camera.pinhole
         self._pinhole = Pinhole(80, 60, full.horizontal_fov_rad, full.vertical_fov_rad)
