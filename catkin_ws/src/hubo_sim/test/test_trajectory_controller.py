@@ -161,6 +161,19 @@ def test_partial_goal_is_rejected_unless_allowed():
     assert plant.run(1.2).position == pytest.approx([0.3, 1.0])
 
 
+def test_joints_that_a_partial_goal_leaves_out_go_on_along_their_trajectory():
+    plant = Plant(allow_partial_joints_goal=True)
+    plant.start(goal((2.0,), ((1.0, 1.0),), [[0.0, 0.0]]), "both")
+    plant.run(1.0)
+    plant.start(goal((0.5,), ((-0.5,),), [[0.0]], names=("b",)), "b alone")
+    plant.run(0.6)
+    assert plant.codes[-1] == ("b alone", "succeeded", Code.SUCCESSFUL)
+    assert plant.position[1] == pytest.approx(-0.5) and 0.7 < plant.position[0] < 1.0
+    assert plant.run(0.6).position == pytest.approx([1.0, -0.5])
+    speeds = np.array([v for _, _, v in plant.log])
+    assert np.abs(np.diff(speeds[:, 0])).max() < 0.05  # a's velocity has no jump
+
+
 def test_empty_trajectory_stops_and_holds():
     plant = Plant()
     plant.start(goal((2.0,), ((1.0, 1.0),), [[0.0, 0.0]]), "first")
@@ -210,6 +223,21 @@ def test_path_tolerance_of_the_goal_wins_and_negative_lifts_it():
     assert plant.codes == []
 
 
+def test_path_tolerance_of_the_velocity_aborts():
+    plant = Plant([joint("a"), joint("b")])
+    plant.start(goal((1.0,), ((0.5, 0.0),), [[0.0, 0.0]], path_tolerance={"a": Tolerance(velocity=0.2)}))
+    assert plant.run(0.3).codes == []
+    plant.velocity = np.array([5.0, 0.0])
+    point = plant.controller.update(plant.now, STEP_S, plant.position, plant.velocity)
+    assert np.isfinite(point.position).all()
+    assert [o.code for o in plant.controller.ended()] == [Code.PATH_TOLERANCE_VIOLATED]
+
+
+@pytest.mark.parametrize("kind", ["path_tolerance", "goal_tolerance"])
+def test_tolerance_that_is_not_a_number_is_rejected(kind):
+    assert refusal(goal(**{kind: {"a": Tolerance(math.nan)}})).code == Code.INVALID_GOAL
+
+
 def test_goal_tolerance_violated_after_the_goal_time():
     plant = Plant(constraints={"goal_time": 0.5, "a": {"goal": 0.02}})
     plant.disturbance = np.array([0.1, 0.0])
@@ -242,6 +270,18 @@ def test_set_points_never_exceed_velocity_limits():
     steps = np.diff(np.array([p for _, p, _ in plant.log])[:, 0])
     assert np.abs(steps).max() <= 0.5 * STEP_S + 1e-9
     assert plant.position == pytest.approx([1.0, 1.0])
+
+
+def test_velocity_limit_that_held_a_goal_back_is_reported_by_name():
+    plant = Plant([joint("a", velocity=0.5), joint("b")])
+    plant.start(goal((0.5,), ((1.0, 1.0),)))
+    plant.run(1.0)
+    assert plant.controller.held_back == ["velocity limit of a"]
+    assert "velocity limit of a" in plant.outcomes[0].text
+    plant.run(2.0)
+    plant.start(goal((3.0,), ((0.0, 0.0),)))
+    plant.run(3.1)
+    assert (plant.controller.held_back, plant.outcomes[-1].text) == ([], "")
 
 
 def test_spline_overshoot_is_kept_within_position_limits():

@@ -42,6 +42,7 @@ class RosController:
         self.accepts = True  # False while the simulator is paused
         self.on_accepted: Callable[[], None] = lambda: None
         self._state_due_s = self._feedback_due_s = 0.0
+        self._limits_told = 0
         self._state_pub = rospy.Publisher(f"/{name}/state", JointTrajectoryControllerState, queue_size=5)
         self._action = ActionServer(
             f"/{name}/follow_joint_trajectory",
@@ -67,6 +68,7 @@ class RosController:
         """Tell how goals ended, and publish state and feedback at their rates."""
         for outcome in self.controller.ended():
             _tell(outcome)
+        self._tell_limits()
         now, config = stamp.to_sec(), self.controller.config
         if now < min(self._state_due_s, self._feedback_due_s):
             return
@@ -80,6 +82,13 @@ class RosController:
             self._feedback_due_s = max(self._feedback_due_s + 1.0 / config.action_monitor_rate, now)
             if self.controller.active is not None:
                 self.controller.active.handle.publish_feedback(_feedback(state))
+
+    def _tell_limits(self) -> None:
+        """Warn once for each trajectory and limit that holds it back."""
+        held_back = self.controller.held_back
+        if len(held_back) > self._limits_told:
+            rospy.logwarn("/%s is held back by: %s", self.name, ", ".join(held_back))
+        self._limits_told = len(held_back)
 
     def _on_goal(self, handle) -> None:
         try:

@@ -20,6 +20,7 @@ from hubo_sim.trajectory_goal import Code, Tolerance, TrajectoryGoal, check_goal
 
 TYPES = ("position_controllers/JointTrajectoryController", "effort_controllers/JointTrajectoryController")
 _DEFAULT_DECELERATION = 5.0  # [rad/s^2] for stops of joints without an acceleration limit
+_NOTEWORTHY_RAD = 1e-4  # limits that change a set-point by less are not worth telling
 
 
 @dataclass(frozen=True)
@@ -88,6 +89,7 @@ class ActiveGoal:
     handle: Any
     end_s: float
     path: np.ndarray  # (J,) [rad], inf: unlimited
+    path_velocity: np.ndarray  # (J,) [rad/s]
     final: np.ndarray  # (J,) [rad]
     final_velocity: np.ndarray  # (J,) [rad/s]
     goal_time_s: float
@@ -126,11 +128,13 @@ class TrajectoryController:
         )
         self.active: ActiveGoal | None = None
         self._ended: list[Outcome] = []
+        self._held_back: set[str] = set()  # what limits did to the trajectory so far, in words
         self.reset(position)
 
     def reset(self, position: np.ndarray) -> None:
         """Hold at positions (J,) from now on; a goal that was active is aborted."""
         self._finish("aborted", Code.INVALID_GOAL, "the controller was reset")
+        self._held_back.clear()
         self._spline = Spline.hold(0.0, np.asarray(position, float))
         zero = np.zeros(len(self.joints))
         self.desired = JointSample(np.asarray(position, float), zero, zero)
@@ -151,8 +155,9 @@ class TrajectoryController:
             self._stop(now_s)
         else:
             self._spline = self._spline.followed_by(self._spline_of(goal, now_s))
+        self._held_back.clear()
         if handle is not None:
-            self.active = self._active_goal(goal, handle)
+            self.active = self._active_goal(goal, now_s, handle)
 
     def cancel(self, now_s: float, handle: Any = None) -> None:
         """Come to rest and hold; with a handle only if that goal is the active one."""
@@ -196,30 +201,51 @@ class TrajectoryController:
             ahead[-1] = True
             times[-1] = start_s
         at_start = self._spline.sample(start_s)
-        points = {"position": self._all_joints(goal, goal.positions, at_start.position)}
-        zero = np.zeros(len(self.joints))
-        if all(len(row) for row in goal.velocities):
-            points["velocity"] = self._all_joints(goal, goal.velocities, zero)
-            if all(len(row) for row in goal.accelerations):
-                points["acceleration"] = self._all_joints(goal, goal.accelerations, zero)
+        points = self._points(goal, times)
         turns = np.rint((points["position"][0] - at_start.position) / (2.0 * np.pi))
         points["position"] = points["position"] - np.where(self._continuous, turns, 0.0) * 2.0 * np.pi
-        return Spline.through(start_s, at_start, times[ahead], {k: v[ahead] for k, v in points.items()})
+        times, points = times[ahead], {k: v[ahead] for k, v in points.items()}
+        if len(goal.joint_names) < len(self.names) and self._spline.end_s > times[-1]:
+            points, times = self._until_others_end(goal, points), np.append(times, self._spline.end_s)
+        return Spline.through(start_s, at_start, times, points)
 
-    def _all_joints(self, goal: TrajectoryGoal, rows: list[list[float]], others: np.ndarray) -> np.ndarray:
-        """(P, J) in the controller's order from rows in the goal's; joints that it leaves out get `others` (J,)."""
-        out = np.tile(others, (len(rows), 1))
-        out[:, [self.names.index(name) for name in goal.joint_names]] = np.asarray(rows, float)
+    def _points(self, goal: TrajectoryGoal, times: np.ndarray) -> dict[str, np.ndarray]:
+        """(P, J) positions, and velocities and accelerations if the goal carries them, in the controller's order.
+
+        Joints that a partial goal leaves out go on along their present trajectory.
+        """
+        rows = {"position": goal.positions}
+        if all(len(row) for row in goal.velocities):
+            rows["velocity"] = goal.velocities
+            if all(len(row) for row in goal.accelerations):
+                rows["acceleration"] = goal.accelerations
+        named = [self.names.index(name) for name in goal.joint_names]
+        present = [self._spline.sample(t) for t in times]
+        out = {}
+        for kind, values in rows.items():
+            out[kind] = np.array([getattr(sample, kind) for sample in present])
+            out[kind][:, named] = np.asarray(values, float)
         return out
 
-    def _active_goal(self, goal: TrajectoryGoal, handle: Any) -> ActiveGoal:
+    def _until_others_end(self, goal: TrajectoryGoal, points: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """The points and one more, where the joints that the goal leaves out come to their end and the others wait."""
+        end = self._spline.sample(self._spline.end_s)
+        position = end.position.copy()
+        named = [self.names.index(name) for name in goal.joint_names]
+        position[named] = points["position"][-1, named]
+        last = {"position": position, "velocity": end.velocity, "acceleration": end.acceleration}
+        return {kind: np.vstack([values, last[kind]]) for kind, values in points.items()}
+
+    def _active_goal(self, goal: TrajectoryGoal, now_s: float, handle: Any) -> ActiveGoal:
         path = [_merged(goal.path_tolerance, self.config.path_tolerance(n), n) for n in self.names]
         final = [_merged(goal.goal_tolerance, self.config.goal_tolerance(n), n) for n in self.names]
+        own_end_s = (goal.stamp_s or now_s) + goal.times_s[-1] if goal.times_s else self._spline.end_s
         goal_time = goal.goal_time_tolerance_s or float(self.config.constraints.get("goal_time", 0.0))
         return ActiveGoal(
             handle=handle,
-            end_s=self._spline.end_s,
+            end_s=max(own_end_s, now_s),
             path=_bound([t.position for t in path]),
+            path_velocity=_bound([t.velocity for t in path]),
             final=_bound([t.position for t in final]),
             final_velocity=_bound([t.velocity for t in final]),
             goal_time_s=goal_time if goal_time >= 0.0 else np.inf,
@@ -237,7 +263,7 @@ class TrajectoryController:
         """End the active goal when it is reached, or when it cannot be within tolerance any more."""
         goal, error = self.active, np.abs(self.error.position)
         if now_s < goal.end_s:
-            off = np.flatnonzero(error > goal.path)
+            off = np.flatnonzero((error > goal.path) | (np.abs(self.error.velocity) > goal.path_velocity))
             if off.size:
                 self._fail(now_s, Code.PATH_TOLERANCE_VIOLATED, "path", off[0], error, goal.path)
             return
@@ -260,17 +286,30 @@ class TrajectoryController:
 
     def _finish(self, status: str, code: Code, text: str) -> None:
         if self.active is not None:
-            self._ended.append(Outcome(self.active.handle, status, code, text))
+            held = f"held back by: {', '.join(self.held_back)}" if self._held_back else ""
+            told = "; ".join(part for part in (text, held) if part)
+            self._ended.append(Outcome(self.active.handle, status, code, told))
             self.active = None
+
+    @property
+    def held_back(self) -> list[str]:
+        """Which limits have held back the trajectory that was started last: "velocity limit of RSP", sorted."""
+        return sorted(self._held_back)
 
     def _within_limits(self, wanted: JointSample, step_s: float) -> JointSample:
         """The wanted set-point, no further from the last one than the velocity limits allow, within the limits."""
         reach = self._max_velocity * step_s
         last = self.set_point.position
-        position = np.clip(wanted.position, last - reach, last + reach)
-        position = np.clip(position, self._lower, self._upper)
+        reached = np.clip(wanted.position, last - reach, last + reach)
+        position = np.clip(reached, self._lower, self._upper)
         velocity = np.clip(wanted.velocity, -self._max_velocity, self._max_velocity)
+        self._note_limits("velocity", np.abs(reached - wanted.position))
+        self._note_limits("position", np.abs(position - reached))
         return JointSample(position, velocity, wanted.acceleration)
+
+    def _note_limits(self, kind: str, off: np.ndarray) -> None:
+        for joint in np.flatnonzero(off > _NOTEWORTHY_RAD):
+            self._held_back.add(f"{kind} limit of {self.names[joint]}")
 
 
 def _merged(given: dict[str, Tolerance], default: Tolerance, name: str) -> Tolerance:

@@ -60,6 +60,7 @@ _LIMIT_MARGIN = 1e-4
 def check_goal(goal: TrajectoryGoal, joints: list[JointInfo], now_s: float, allow_partial: bool) -> None:
     """Raise Refusal unless a controller of these joints may accept the goal; one without points means stop."""
     _check_joints(goal, [joint.name for joint in joints], allow_partial)
+    _check_tolerances(goal)
     if not goal.times_s:
         return
     _check_sizes(goal)
@@ -84,6 +85,14 @@ def _check_joints(goal: TrajectoryGoal, joints: list[str], allow_partial: bool) 
             Code.INVALID_JOINTS,
             f"joints of the goal do not match the controller's: unknown {unknown}, missing {missing}",
         )
+
+
+def _check_tolerances(goal: TrajectoryGoal) -> None:
+    """A tolerance that is no number would never be violated."""
+    for kind in ("path_tolerance", "goal_tolerance"):
+        for name, tolerance in getattr(goal, kind).items():
+            if np.isnan([tolerance.position, tolerance.velocity, tolerance.acceleration]).any():
+                raise Refusal(Code.INVALID_GOAL, f"{kind} of {name} is not a number")
 
 
 def _check_sizes(goal: TrajectoryGoal) -> None:
