@@ -5,8 +5,9 @@ import pytest
 
 from hubo_sim.config import SimConfig
 from hubo_sim.errors import SimError
+from hubo_sim.models import root_link, urdf_for_bullet
 from hubo_sim.robot_source import load_robot_spec
-from hubo_sim.robot_spec import RobotSpec, root_link, urdf_for_bullet
+from hubo_sim.robot_spec import RobotSpec
 from hubo_sim.scene import Scene
 from hubo_sim.sim_robot import SimRobot
 from hubo_sim.simulator import Simulator

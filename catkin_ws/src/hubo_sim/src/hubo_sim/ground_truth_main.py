@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from hubo_sim.errors import SimError
-from hubo_sim.ground_truth import ObservableRequest, TrueWorld, observable_set, octree_bytes
+from hubo_sim.ground_truth import TruthRequest, octree_bytes, true_voxels
 from hubo_sim.paths import cache_folder
 from hubo_sim.robot_source import load_robot_spec
 from hubo_sim.worlds import load_world
@@ -29,28 +29,22 @@ def parse_args(argv: list[str]) -> argparse.Namespace:
     parser.add_argument("--no-observable", action="store_true", help="only the world's own voxels")
     parser.add_argument("--out", help="also write all voxel centres to this .npz file")
     parser.add_argument("--bt", help="also write surface and solid voxels as occupied to this OctoMap file")
-    args = parser.parse_args(argv)
-    if not args.resolution > 0.0:
-        raise SimError(f"--resolution must be above 0, got {args.resolution}")
-    return args
+    return parser.parse_args(argv)
 
 
 def report(args: argparse.Namespace) -> None:
     """Compute (or take from the cache) and print."""
-    world = load_world(args.world)
-    truth = TrueWorld(world)
-    voxels = {
-        "surface": truth.surface_voxels(args.resolution),
-        "solid": truth.solid_voxels(args.resolution),
-    }
-    if not args.no_observable:
-        request = ObservableRequest(world, load_robot_spec(args.robot), args.resolution, seed=args.seed)
-        found = observable_set(request, _show_progress)
-        end = "settled" if found.settled else "did NOT settle"
-        print(
-            f"observable: {found.samples} views of {found.tried} configurations drawn; {end}; {cache_folder()}"
-        )
-        voxels["observable"] = found.centres()
+    world, robot = load_world(args.world), load_robot_spec(args.robot)
+    voxels = {}
+    for what in ("surface", "solid") if args.no_observable else ("surface", "solid", "observable"):
+        request = TruthRequest(world, robot, what, args.resolution, args.seed)
+        found = true_voxels(request, _show_progress)
+        voxels[what] = found.centres
+        if what == "observable":
+            end = "settled" if found.settled else "did NOT settle"
+            print(
+                f"observable: {found.samples} views of {found.tried} configurations drawn; {end}; {cache_folder()}"
+            )
     for name, centres in voxels.items():
         print(f"{name + ':':12}{len(centres)} voxels of {args.resolution} m")
     if args.out:

@@ -35,10 +35,11 @@ def cache_folder() -> Path:
     return Path.home() / ".cache" / "hubo_sim" / "ground_truth"
 
 
-def resolve_file(value: Any, where: str) -> str:
+def resolve_file(value: Any, where: str, folder: Path | None = None) -> str:
     """Absolute path of 'pybullet_data:<path>', 'package://<pkg>/<path>', 'file://<path>' or a plain path.
 
-    Raises SimError, beginning with `where`, when there is no such file.
+    folder: what a relative path is relative to; default the working directory. Raises SimError, beginning with
+    `where`, when there is no such file.
     """
     if not isinstance(value, str) or not value:
         raise SimError(f"{where}: file must be a path, got {value!r}")
@@ -47,10 +48,10 @@ def resolve_file(value: Any, where: str) -> str:
     elif value.startswith("package://"):
         path = _in_package(value[len("package://") :], where)
     else:
-        path = Path(value[len("file://") :] if value.startswith("file://") else value)
+        path = (folder or Path()) / (value[len("file://") :] if value.startswith("file://") else value)
     if not path.is_file():
         raise SimError(f"{where}: no such file: {value}")
-    return str(path)
+    return str(path.resolve())
 
 
 def _in_package(rest: str, where: str) -> Path:

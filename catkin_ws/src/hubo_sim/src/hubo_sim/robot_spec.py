@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from dataclasses import dataclass, field
 from typing import Any
 
 from hubo_description import RobotDescriptionError
 from hubo_description.sensors import Sensor, parse_sensors
 from hubo_sim.errors import SimError
-from hubo_sim.paths import resolve_file
-
-# Links without inertia (optical frames and the like) get this one: Bullet would give them 1 kg otherwise.
-_TINY_MASS_KG = 1e-3
-_TINY_INERTIA = 1e-6
+from hubo_sim.models import parse_xml, root_link
 
 
 @dataclass(frozen=True)
@@ -64,49 +59,12 @@ class RobotSpec:
     def _group_states(self) -> dict[str, dict[str, float]]:
         """Joint positions [rad, m] of every named SRDF pose, over all groups that have one of that name."""
         states: dict[str, dict[str, float]] = {}
-        for state in _parse(self.srdf_xml or "<robot/>", "SRDF").iter("group_state"):
+        for state in parse_xml(self.srdf_xml or "<robot/>", "SRDF").iter("group_state"):
             values = {j.get("name"): float(j.get("value", "0").split()[0]) for j in state.iter("joint")}
             states.setdefault(state.get("name"), {}).update(values)
         return states
 
     def disabled_pairs(self) -> list[tuple[str, str]]:
         """Link pairs that the SRDF takes out of self-collision."""
-        pairs = _parse(self.srdf_xml or "<robot/>", "SRDF").iter("disable_collisions")
+        pairs = parse_xml(self.srdf_xml or "<robot/>", "SRDF").iter("disable_collisions")
         return [(pair.get("link1"), pair.get("link2")) for pair in pairs]
-
-
-def _parse(xml: str, what: str) -> ET.Element:
-    try:
-        return ET.fromstring(xml)
-    except ET.ParseError as err:
-        raise SimError(f"broken {what}: {err}") from err
-
-
-def root_link(urdf_xml: str) -> str:
-    """The link that is nobody's child. Raises SimError unless there is exactly one."""
-    robot = _parse(urdf_xml, "URDF")
-    children = {joint.find("child").get("link") for joint in robot.findall("joint")}
-    roots = [link.get("name") for link in robot.findall("link") if link.get("name") not in children]
-    if len(roots) != 1:
-        raise SimError(f"broken URDF: one root link is needed, found {roots or 'none'}")
-    return roots[0]
-
-
-def urdf_for_bullet(urdf_xml: str) -> str:
-    """The URDF with absolute mesh paths and an inertia on each link. Raises SimError on broken XML, absent meshes."""
-    robot = _parse(urdf_xml, "URDF")
-    root_link(urdf_xml)
-    for mesh in robot.iter("mesh"):
-        mesh.set("filename", resolve_file(mesh.get("filename"), "URDF mesh"))
-    for link in robot.findall("link"):
-        if link.find("inertial") is None:
-            link.append(_tiny_inertial())
-    return ET.tostring(robot, encoding="unicode")
-
-
-def _tiny_inertial() -> ET.Element:
-    inertial = ET.Element("inertial")
-    ET.SubElement(inertial, "mass", value=str(_TINY_MASS_KG))
-    diagonal = {axis: str(_TINY_INERTIA) for axis in ("ixx", "iyy", "izz")}
-    ET.SubElement(inertial, "inertia", ixy="0", ixz="0", iyz="0", **diagonal)
-    return inertial

@@ -15,7 +15,6 @@ from std_srvs.srv import Empty, EmptyResponse
 from hubo_sim.conversions import header, pose_msg, time_from_ns, transform_from_pose
 from hubo_sim.errors import SimError
 from hubo_sim.paths import resolve_file
-from hubo_sim.robot_spec import urdf_for_bullet
 from hubo_sim.scene import place_root
 from hubo_sim.worlds import WorldObject
 
@@ -30,6 +29,8 @@ class WorldServices:
         self._node = node
         self._sim = node.sim
         self._ask = node.requests.ask
+        self._folder = tempfile.TemporaryDirectory(prefix="hubo_sim_")
+        self._models = 0
 
     def open(self) -> None:
         """Begin to listen."""
@@ -64,38 +65,33 @@ class WorldServices:
             return response(success=False, status_message=str(err))
 
     def _step(self, request):
-        def done() -> dict:
-            if not self._node.paused:
-                raise SimError("the simulation is not paused: call pause_physics first")
-            for _ in range(request.steps):
-                self._node.step_now()
-            return {"sim_time": self._sim.now_s}
-
-        return self._answer(srv.StepPhysicsResponse, done)
+        try:
+            return srv.StepPhysicsResponse(True, "", self._node.request_steps(request.steps))
+        except SimError as err:
+            return srv.StepPhysicsResponse(False, str(err), self._sim.now_s)
 
     def _spawn(self, request, shape: str):
         def done() -> None:
             self._require_world_frame(request.reference_frame)
-            if not request.model_name or request.model_name == self._robot_name:
-                raise SimError(f"model_name {request.model_name!r} is empty or the robot's")
-            text = request.model_xml or Path(resolve_file(request.model_file, "model_file")).read_text()
-            with tempfile.TemporaryDirectory() as folder:
-                path = Path(folder) / f"model.{shape}"
-                path.write_text(urdf_for_bullet(text) if shape == "urdf" else text)
-                pose = transform_from_pose(request.initial_pose)
-                item = WorldObject(
-                    request.model_name,
-                    shape,
-                    {"file": str(path), "scale": 1.0},
-                    pose,
-                    (1, 1, 1, 1),
-                    request.fixed,
-                    1.0,
-                )
-                self._sim.scene.add_object(item)
+            if not request.model_name or request.model_name == self._robot_name or "::" in request.model_name:
+                raise SimError(f"model_name {request.model_name!r} is empty, the robot's or has '::' in it")
+            file = self._model_file(request, shape)
+            pose = transform_from_pose(request.initial_pose)
+            size = {"file": str(file), "scale": 1.0}
+            item = WorldObject(request.model_name, shape, size, pose, (1, 1, 1, 1), request.fixed, 1.0)
+            self._sim.scene.add_object(item)
             self._refuse_inside_robot(request.model_name)
 
         return self._answer(srv.SpawnModelResponse, done)
+
+    def _model_file(self, request, shape: str) -> Path:
+        """The model's file: the one that the request names, or one of our own, kept while the node runs."""
+        if not request.model_xml:
+            return Path(resolve_file(request.model_file, "model_file"))
+        self._models += 1
+        path = Path(self._folder.name) / f"{self._models}.{shape}"
+        path.write_text(request.model_xml)
+        return path
 
     def _refuse_inside_robot(self, name: str) -> None:
         scene, robot = self._sim.scene, self._sim.robot
@@ -116,15 +112,21 @@ class WorldServices:
             self._require_world_frame(request.relative_entity_name)
             out = srv.GetModelStateResponse()
             head = header(time_from_ns(self._sim.clock_ns), self._node.config.world_frame)
-            if request.model_name == self._robot_name:
-                return {"header": head, "pose": pose_msg(self._sim.robot.link_pose(self._sim.spec.base_link))}
-            scene, name = self._sim.scene, self._existing(request.model_name)
-            linear, angular = scene.client.getBaseVelocity(scene.bodies[name])
+            pose, linear, angular = self._state_of(request.model_name)
             out.twist.linear.x, out.twist.linear.y, out.twist.linear.z = linear
             out.twist.angular.x, out.twist.angular.y, out.twist.angular.z = angular
-            return {"header": head, "pose": pose_msg(scene.object_pose(name)), "twist": out.twist}
+            return {"header": head, "pose": pose_msg(pose), "twist": out.twist}
 
         return self._answer(srv.GetModelStateResponse, done)
+
+    def _state_of(self, name: str) -> tuple:
+        """T_world_model (4, 4), linear and angular velocity, (3,) each, of a model, the robot, or robot::link."""
+        model, separator, link = name.partition("::")
+        if model == self._robot_name:
+            link = link if separator else self._sim.spec.base_link
+            return self._sim.robot.link_pose(link), *self._sim.robot.link_velocity(link)
+        scene = self._sim.scene
+        return scene.object_pose(self._existing(name)), *scene.client.getBaseVelocity(scene.bodies[name])
 
     def _set_state(self, request):
         def done() -> None:

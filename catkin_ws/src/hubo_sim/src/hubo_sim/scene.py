@@ -5,12 +5,15 @@ from __future__ import annotations
 import importlib.util
 import logging
 import os
+import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from hubo_sim.bullet import BulletClient, native_output_hidden, pybullet, pybullet_data
 from hubo_sim.errors import SimError
+from hubo_sim.models import sdf_for_bullet, urdf_for_bullet
 from hubo_sim.textures import has_texture
 from hubo_sim.transforms import inverse, quaternion_of, transform
 from hubo_sim.worlds import World, WorldObject
@@ -46,6 +49,7 @@ class Scene:
         )
         self.step_s = 1.0 / physics_rate_hz
         self.bodies: dict[str, int] = {}  # name -> body id, the world's objects only
+        self._items: dict[str, WorldObject] = {}  # what they were made from
         self._textured: set[int] = set()  # bodies with pictures on their surfaces
 
     @property
@@ -93,11 +97,11 @@ class Scene:
             raise SimError(f"an object named {item.name!r} exists already")
         try:
             with native_output_hidden():
-                body = self._create(item)
+                body, description = self._create(item)
         except pybullet.error as err:
             raise SimError(f"object {item.name!r} does not load: {err}") from err
-        self.bodies[item.name] = body
-        self.note_textures(body, Path(item.size["file"]).read_text() if item.shape in ("urdf", "sdf") else "")
+        self.bodies[item.name], self._items[item.name] = body, item
+        self.note_textures(body, description)
         return body
 
     def remove_object(self, name: str) -> None:
@@ -105,6 +109,7 @@ class Scene:
         if name not in self.bodies:
             raise SimError(f"no object named {name!r}; there are: {', '.join(sorted(self.bodies)) or 'none'}")
         body = self.bodies.pop(name)
+        del self._items[name]
         self._textured.discard(body)
         self.client.removeBody(body)
 
@@ -112,7 +117,14 @@ class Scene:
         """T_world_object (4, 4) of the root link's frame."""
         return root_pose(self.client, self.bodies[name])
 
-    def _create(self, item: WorldObject) -> int:
+    def current_objects(self) -> tuple[WorldObject, ...]:
+        """The world's objects where they are now; the joints of URDF and SDF models are taken at zero."""
+        return tuple(
+            replace(item, T_world_object=self.object_pose(name)) for name, item in self._items.items()
+        )
+
+    def _create(self, item: WorldObject) -> tuple[int, str]:
+        """Body id, and the URDF or SDF that it comes from, if any."""
         if item.shape in ("urdf", "sdf"):
             return self._create_from_file(item)
         position, quaternion = item.T_world_object[:3, 3], quaternion_of(item.T_world_object)
@@ -127,7 +139,7 @@ class Scene:
             baseOrientation=quaternion,
         )
         self.client.changeDynamics(body, -1, lateralFriction=0.8)
-        return body
+        return body, ""
 
     def _shapes(self, item: WorldObject) -> tuple[int, int]:
         """Collision and visual shape; a fixed mesh collides as exactly the triangles that are seen."""
@@ -151,22 +163,24 @@ class Scene:
             ),
         )
 
-    def _create_from_file(self, item: WorldObject) -> int:
-        file, scale = item.size["file"], float(item.size["scale"])
-        position, quaternion = item.T_world_object[:3, 3], quaternion_of(item.T_world_object)
-        if item.shape == "urdf":
-            return self.client.loadURDF(
-                file, position, quaternion, useFixedBase=item.fixed, globalScaling=scale
-            )
-        ids = self.client.loadSDF(file, globalScaling=scale)
-        if len(ids) != 1:
-            for body in ids:
-                self.client.removeBody(body)
-            raise SimError(
-                f"object {item.name!r}: an SDF of one model is needed, {Path(file).name} has {len(ids)}"
-            )
-        place_root(self.client, ids[0], item.T_world_object)
-        return ids[0]
+    def _create_from_file(self, item: WorldObject) -> tuple[int, str]:
+        source, scale = Path(item.size["file"]), float(item.size["scale"])
+        prepare = urdf_for_bullet if item.shape == "urdf" else sdf_for_bullet
+        try:
+            text = prepare(source.read_text(), source.parent)
+        except (SimError, OSError, UnicodeDecodeError) as err:
+            raise SimError(f"object {item.name!r}: {err}") from err
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / f"model.{item.shape}"
+            file.write_text(text)
+            if item.shape == "urdf":
+                body = self.client.loadURDF(str(file), useFixedBase=item.fixed, globalScaling=scale)
+            else:
+                (body,) = self.client.loadSDF(str(file), globalScaling=scale)
+                if item.fixed:
+                    self.client.changeDynamics(body, -1, mass=0.0)
+        place_root(self.client, body, item.T_world_object)
+        return body, text
 
 
 def root_pose(client: BulletClient, body: int) -> np.ndarray:

@@ -15,12 +15,14 @@ from tf2_msgs.msg import TFMessage
 
 from hubo_sim.config import SimConfig
 from hubo_sim.conversions import contacts_msg, joint_state_msg, time_from_ns, transform_msg
+from hubo_sim.errors import SimError
 from hubo_sim.pacer import Pacer
 from hubo_sim.requests import RequestQueue, wait_for
 from hubo_sim.ros_cameras import RosCamera
 from hubo_sim.ros_controllers import RosController
 from hubo_sim.ros_sensors import RosSensor
 from hubo_sim.ros_services import WorldServices
+from hubo_sim.ros_truth import TruthService
 from hubo_sim.simulator import Simulator
 
 _IDLE_WAIT_S = 0.004  # how long an idle loop waits for a request before it moves the clock on
@@ -34,6 +36,13 @@ class _TriggeredScan:
     first_step: int
 
 
+@dataclass
+class _StepOrder:
+    wanted: int
+    done: Future
+    taken: int = 0
+
+
 class SimNode:
     """Steps a Simulator by docs/interfaces.md, 'Simulated time', and speaks ROS for it."""
 
@@ -43,6 +52,7 @@ class SimNode:
         self.paused = False
         self._pacer = Pacer(config.real_time_factor)
         self._scans: list[_TriggeredScan] = []
+        self._step_orders: list[_StepOrder] = []
         self._grace_end_s = 0.0  # wall time
         self._last_moving_step = 0
         self._clock_due = self._joints_due = self._contacts_due = 0
@@ -76,6 +86,9 @@ class SimNode:
             if self._pacer.ahead_s(self.sim.clock_ns) <= 0.0:
                 self._step()
             time.sleep(0.0)  # lets the ROS threads have Python's lock, which a busy loop would hold
+        elif self._step_orders:
+            self.requests.serve(0.0)
+            self._take_ordered_step()
         else:
             self.requests.serve(_IDLE_WAIT_S)
             self._sleep()
@@ -108,10 +121,14 @@ class SimNode:
         self._last_moving_step = self.sim.steps
         self.publish_base_transform()
 
-    def step_now(self) -> None:
-        """One physics step although paused, with everything published that is due."""
-        self._step()
-        self._publish_due()
+    def request_steps(self, count: int) -> float:
+        """Take physics steps while paused and wait for them; simulated time afterwards [s].
+
+        Raises SimError when the simulation is not paused, or is unpaused before they are all taken.
+        """
+        order = _StepOrder(count, Future())
+        self.requests.ask(lambda: self._accept_steps(order))
+        return order.done.result()
 
     def request_scan(self, camera: RosCamera) -> str:
         """Wait for a scan at rest; its stamp in seconds. Raises RuntimeError with the reason when it cannot be."""
@@ -119,8 +136,25 @@ class SimNode:
         self.requests.post(lambda: self._scans.append(_TriggeredScan(camera, done, self.sim.steps)))
         return wait_for(done, 60.0)
 
+    def _accept_steps(self, order: _StepOrder) -> None:
+        if not self.paused:
+            raise SimError("the simulation is not paused: call pause_physics first")
+        self._step_orders.append(order)
+
+    def _take_ordered_step(self) -> None:
+        """One physics step although paused, with everything published that is due."""
+        for order in [order for order in self._step_orders if order.taken == order.wanted]:
+            self._step_orders.remove(order)
+            order.done.set_result(self.sim.now_s)
+        if self._step_orders:
+            self._step_orders[0].taken += 1
+            self._step()
+
     def _set_paused(self, paused: bool) -> None:
         self.paused = paused
+        for order in self._step_orders if not paused else ():
+            order.done.set_exception(SimError(f"unpaused after {order.taken} of {order.wanted} steps"))
+        self._step_orders = self._step_orders if paused else []
         for controller in self.controllers:
             controller.accepts = not paused
         self._pacer.restart(self.sim.clock_ns)
@@ -132,7 +166,9 @@ class SimNode:
         for camera in self.cameras:
             camera.open(self.request_scan)
         WorldServices(self).open()
-        rospy.loginfo("hubo_sim: world %s, ready", self.sim.world.name)
+        TruthService(self.sim, self.requests.ask, self.config.world_frame).open()
+        renderer = "EGL" if self.sim.scene.uses_egl else "TinyRenderer"
+        rospy.loginfo("hubo_sim: world %s, drawn by %s, ready", self.sim.world.name, renderer)
 
     def _on_accepted(self) -> None:
         self._grace_end_s = time.monotonic() + self.config.goal_grace_s
@@ -181,12 +217,15 @@ class SimNode:
             return
         if self.sim.at_rest and not self.paused:
             for scan in self._scans:
-                self._make_stamp_new()
-                scan.done.set_result(f"{self._publish_scan(scan.camera).to_sec():.9f}")
+                if scan.done.set_running_or_notify_cancel():  # else nobody waits for it any more
+                    self._make_stamp_new()
+                    scan.done.set_result(f"{self._publish_scan(scan.camera).to_sec():.9f}")
             self._scans = []
             return
         for scan in [scan for scan in self._scans if self._is_late(scan)]:
             self._scans.remove(scan)
+            if not scan.done.set_running_or_notify_cancel():
+                continue
             reason = (
                 "paused" if self.paused else f"the robot did not rest within {self.config.settle_timeout_s} s"
             )

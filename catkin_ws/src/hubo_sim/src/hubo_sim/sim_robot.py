@@ -10,7 +10,8 @@ import numpy as np
 
 from hubo_sim.bullet import native_output_hidden, pybullet
 from hubo_sim.errors import SimError
-from hubo_sim.robot_spec import RobotSpec, urdf_for_bullet
+from hubo_sim.models import urdf_for_bullet
+from hubo_sim.robot_spec import RobotSpec
 from hubo_sim.scene import Scene, place_root, root_pose
 from hubo_sim.transforms import quaternion_of, transform
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -123,6 +123,10 @@ class Simulator:
     def is_moving(self) -> bool:
         """Whether a controller follows a trajectory."""
         return any(controller.is_moving(self.now_s) for controller in self.controllers.values())
+
+    def current_world(self) -> World:
+        """The world as it is now, with what was spawned and moved; the robot's place is the start's."""
+        return replace(self.world, objects=self.scene.current_objects())
 
     def reset(self) -> None:
         """Robot and world as at the start; simulated time goes on, contacts count from zero."""

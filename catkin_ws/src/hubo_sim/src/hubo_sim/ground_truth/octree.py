@@ -15,6 +15,13 @@ def octree_bytes(occupied: np.ndarray, free: np.ndarray, resolution_m: float) ->
 
     Raises ValueError for centres outside of what 16 levels hold.
     """
+    data, size = octree_data(occupied, free, resolution_m)
+    head = f"# Octomap OcTree binary file\nid OcTree\nsize {size}\nres {resolution_m:g}\ndata\n"
+    return head.encode() + data
+
+
+def octree_data(occupied: np.ndarray, free: np.ndarray, resolution_m: float) -> tuple[bytes, int]:
+    """The nodes of `octree_bytes` without its header, as octomap_msgs/Octomap has them, and their number."""
     points = np.concatenate(
         [np.asarray(free, float).reshape(-1, 3), np.asarray(occupied, float).reshape(-1, 3)]
     )
@@ -29,9 +36,7 @@ def octree_bytes(occupied: np.ndarray, free: np.ndarray, resolution_m: float) ->
     path, flags = path[order], flags[order]
     last = np.append(path[1:] != path[:-1], True) if len(path) else np.zeros(0, bool)  # occupied comes last
     data, inner = _levels(path[last], flags[last])
-    size = int(last.sum()) + inner
-    head = f"# Octomap OcTree binary file\nid OcTree\nsize {size}\nres {resolution_m:g}\ndata\n"
-    return head.encode() + data
+    return data, int(last.sum()) + inner
 
 
 def _paths(keys: np.ndarray) -> np.ndarray:
