@@ -43,4 +43,8 @@ struct RowExtremes {
 /// Rows inside the convex hull of the voxels with these row extremes.
 HullRows hullOfRows(const GridFrame& frame, const RowExtremes& rows);
 
+/// Rows inside the convex hull of a hull that is not empty and of more voxels: as hullOfRows, at the cost of
+/// what is new.
+HullRows grownHull(const HullRows& hull, const std::vector<Voxel>& added);
+
 }  // namespace fv

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <map>
 #include <memory>
 #include <string>
@@ -57,7 +58,9 @@ class Evaluator {
   /// Bring everything up to date with the map; work is done where it changed.
   const Evaluation& update();
 
-  const Evaluation& evaluation() const { return evaluation_; }
+  const Evaluation& evaluation() const { return *evaluation_; }
+  /// The same, and it stays as it is when the evaluator goes on.
+  std::shared_ptr<const Evaluation> sharedEvaluation() const { return evaluation_; }
   const OccupancyMap& map() const { return map_; }
   const EvaluationConfig& config() const { return config_; }
   const HullRows& hull() const { return hull_; }
@@ -79,29 +82,31 @@ class Evaluator {
 
  private:
   struct TileChange;
+  struct TileMasks;
   struct Group {
     VoidGraph graph;
-    std::vector<int> members;      // tiles
-    std::vector<int> merged_into;  // nodes of the members one after the other
+    std::vector<int> merged_into;  // nodes of the tiles one after the other
   };
 
   void reset();
   void readChanges(std::vector<uint8_t>& stale);
-  bool readTile(int tile, TileChange& change);
-  bool noteOccupied(const Voxel& v, bool occupied);
+  bool readTile(int tile, bool all_rows, TileChange& change);
+  void noteOccupied(const Voxel& v, bool occupied);
   void updateHull(std::vector<uint8_t>& stale);
+  void takeHull(HullRows next, std::vector<uint8_t>& stale);
   void refreshTiles(const std::vector<uint8_t>& stale);
-  void writeFlags(int tile);
-  void relabel(int tile);
+  void refreshTile(int tile, const TileMasks& masks);
+  void writeFlags(int tile, const TileMasks& masks);
   void relink();
-  std::vector<uint8_t> around(const std::vector<uint8_t>& tiles, bool forward_only) const;
+  void relinkTile(int tile, uint8_t what);
   void numberFrontiers();
   void clusterTiled();
-  void mergeGroup(Group& group, const std::vector<int>& members);
+  void mergeGroup(int group);
+  void mergeGroups(std::vector<int>& node_of, std::vector<int>& merged_into);
+  std::vector<std::pair<int, int>> edgesAcross(const std::vector<int>& node_of) const;
   void clusterWhole();
   void takeEllipsoids(const VoidGraph& graph, std::vector<int>& rank);
   void pairFrontierVoids();
-  const Tile* neighbour(int tile, int direction) const;
   int neighbourIndex(int tile, int direction) const;
   Voxel tileCorner(int tile) const { return frame_.origin + frame_.tile(tile) * kTile; }
 
@@ -110,14 +115,30 @@ class Evaluator {
   GridFrame frame_;
   std::vector<uint8_t> flags_;
   RowExtremes occupied_rows_;
-  bool hull_stale_ = false;
   HullRows hull_;
+  bool hull_shrinks_ = false;           // it must be made anew
+  std::vector<Voxel> hull_grows_;       // voxels that became occupied outside of it
+  std::vector<uint64_t> hull_corners_;  // voxelIds, ascending
   std::vector<std::unique_ptr<Tile>> tiles_;
-  std::vector<uint8_t> frontier_changed_, void_changed_;  // by tile, this update
-  Voxel group_counts_{0, 0, 0};
+  std::array<int, 27> step_to_{};  // of tile indices, by direction
+  int64_t frontier_voxels_ = 0, void_voxels_ = 0;
+  // By tile: directions whose tiles see labels that this update has changed.
+  std::vector<uint32_t> frontier_touched_, void_touched_;
+  std::vector<int> components_;       // by tile: components of its frontier
+  std::vector<int> component_start_;  // by tile: number of its first component among those of all tiles
+  std::vector<int> cluster_of_;       // by component: its frontier cluster
+  std::vector<int> nodes_;            // by tile: labels of its voids
+  std::vector<int> node_start_;       // by tile: number of its first void label among those of all tiles
+  std::vector<int> ellipsoid_of_;     // by void label: its ellipsoid
+  std::vector<int> group_of_;         // by tile
+  std::vector<int> first_in_group_;   // by tile: its first node among those of its group
+  std::vector<std::vector<int>> group_tiles_;
   std::vector<Group> groups_;
+  std::vector<VoidNode>
+      fitted_nodes_;  // ascending by id; what the ellipsoids of the last update were made of
+  std::vector<Ellipsoid> fits_;
   uint64_t seen_sequence_ = 0;
-  Evaluation evaluation_;
+  std::shared_ptr<Evaluation> evaluation_ = std::make_shared<Evaluation>();
 };
 
 }  // namespace fv

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <bitset>
 #include <limits>
 #include <map>
 #include <memory>
@@ -117,6 +118,9 @@ class OccupancyMap {
   const std::vector<uint8_t>& classes() const { return classes_; }
   /// Sequence at which a tile of the frame last changed.
   const std::vector<uint64_t>& tileSequences() const { return tile_sequences_; }
+  /// Rows along x of a tile, by y + 16 z, that changed when the tile last changed.
+  using RowSet = std::bitset<kTile * kTile>;
+  const RowSet& changedRows(int tile) const { return changed_rows_[tile]; }
   Eigen::Vector3d centre(const Voxel& v) const { return (v.cast<double>().array() + 0.5) * resolution(); }
   bool voxelAt(const Eigen::Vector3d& point, Voxel& v) const;
   int threads() const;
@@ -137,6 +141,7 @@ class OccupancyMap {
   GridFrame frame_;
   std::vector<uint8_t> classes_;  // Class by frame index
   std::vector<uint64_t> tile_sequences_;
+  std::vector<RowSet> changed_rows_;  // by tile
   std::array<int64_t, 4> counts_{};
   uint64_t sequence_ = 0;
 };

@@ -24,12 +24,13 @@ struct VoidNode {
 struct VoidGraph {
   std::vector<VoidNode> nodes;
   std::vector<std::pair<int, int>> edges;
+  std::size_t settled = 0;  ///< the first so many edges join nodes that are known not to fit together
 };
 
 /// Merge neighbours nearest first (by centroid; ties by id) as long as a merger has S >= min_fit; a heap of
 /// pairs.
 /// @param[out] merged_into per node of `graph` its node in the result.
-/// @return the merged graph, nodes ascending by id.
+/// @return the merged graph, nodes ascending by id, all its edges settled.
 VoidGraph mergeNearestFirst(VoidGraph graph, const ClusterRule& rule, std::vector<int>& merged_into);
 
 /// Seed voxels in random order with their unattached neighbours, then all that are left likewise

@@ -43,9 +43,9 @@ py::array ellipsoidArray(const std::vector<Ellipsoid>& ellipsoids) {
 class PyEvaluation {
  public:
   PyEvaluation(const Evaluator& evaluator, py::object owner)
-      : evaluator_(&evaluator), owner_(std::move(owner)), result_(evaluator.evaluation()) {}
+      : evaluator_(&evaluator), owner_(std::move(owner)), result_(evaluator.sharedEvaluation()) {}
 
-  const Evaluation& result() const { return result_; }
+  const Evaluation& result() const { return *result_; }
   py::object frontier() { return frontiers()[0]; }
   py::object frontierCluster() { return frontiers()[1]; }
   py::object voids() { return allVoids()[0]; }
@@ -56,8 +56,8 @@ class PyEvaluation {
 
   py::tuple& fill(py::tuple& pair, Lister list) {
     if (pair.size() == 2) return pair;
-    if (evaluator_->evaluation().update != result_.update)
-      throw InputError("evaluation is of update " + std::to_string(result_.update) +
+    if (evaluator_->evaluation().update != result_->update)
+      throw InputError("evaluation is of update " + std::to_string(result_->update) +
                        ", the evaluator is at " + std::to_string(evaluator_->evaluation().update) +
                        "; valid: read its voxels before the next update");
     std::vector<Voxel> voxels;
@@ -71,7 +71,7 @@ class PyEvaluation {
 
   const Evaluator* evaluator_;
   py::object owner_;
-  Evaluation result_;
+  std::shared_ptr<const Evaluation> result_;
   py::tuple frontier_, voids_;
 };
 

@@ -91,26 +91,40 @@ int64_t floorDivide(int64_t a, int64_t b) {  // b > 0
   return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
-/// Cut the rows below a triangle's shadow on the y-z plane by its plane.
-void cutRows(HullRows& hull, const HullTriangle& triangle) {
+/// Call visit(row, y, z) for each row in a triangle's shadow on the y-z plane, its edges included.
+template <class Visit>
+void forShadow(const HullRows& hull, const HullTriangle& triangle, const Visit& visit) {
   const Voxel& a = hull.vertices[triangle.corners[0]];
   const Voxel& b = hull.vertices[triangle.corners[1]];
   const Voxel& c = hull.vertices[triangle.corners[2]];
-  const Vector3l n = triangle.normal;
-  if (n.x() == 0) return;
+  if (triangle.normal.x() == 0) return;
   const Voxel low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
-  const int64_t side = n.x() > 0 ? 1 : -1;  // sense of the shadow
+  const int64_t side = triangle.normal.x() > 0 ? 1 : -1;  // sense of the shadow
   for (int z = low.z(); z <= high.z(); ++z)
-    for (int y = low.y(); y <= high.y(); ++y) {
-      if (side * cross2(a, b, y, z) < 0 || side * cross2(b, c, y, z) < 0 || side * cross2(c, a, y, z) < 0)
-        continue;
-      const int64_t rest = -(n.y() * (y - a.y()) + n.z() * (z - a.z()));  // n.x (x - a.x) <= rest
-      const std::size_t row = hull.row(y, z);
-      if (n.x() > 0)
-        hull.high[row] = std::min<int64_t>(hull.high[row], a.x() + floorDivide(rest, n.x()));
-      else
-        hull.low[row] = std::max<int64_t>(hull.low[row], a.x() - floorDivide(rest, -n.x()));
-    }
+    for (int y = low.y(); y <= high.y(); ++y)
+      if (side * cross2(a, b, y, z) >= 0 && side * cross2(b, c, y, z) >= 0 && side * cross2(c, a, y, z) >= 0)
+        visit(hull.row(y, z), y, z);
+}
+
+/// Cut the rows below a triangle's shadow by its plane.
+void cutRows(HullRows& hull, const HullTriangle& triangle) {
+  const Voxel& a = hull.vertices[triangle.corners[0]];
+  const Vector3l n = triangle.normal;
+  forShadow(hull, triangle, [&](std::size_t row, int y, int z) {
+    const int64_t rest = -(n.y() * (y - a.y()) + n.z() * (z - a.z()));  // n.x (x - a.x) <= rest
+    if (n.x() > 0)
+      hull.high[row] = std::min<int64_t>(hull.high[row], a.x() + floorDivide(rest, n.x()));
+    else
+      hull.low[row] = std::max<int64_t>(hull.low[row], a.x() - floorDivide(rest, -n.x()));
+  });
+}
+
+/// The corners of a triangle, the same in every hull that has it.
+std::array<uint64_t, 3> triangleId(const HullRows& hull, const HullTriangle& triangle) {
+  std::array<uint64_t, 3> id;
+  for (int i = 0; i < 3; ++i) id[i] = voxelId(hull.vertices[triangle.corners[i]]);
+  std::sort(id.begin(), id.end());
+  return id;
 }
 
 /// Corners of the convex polygon around the extremes of one layer (Andrew's monotone chain), exact.
@@ -177,6 +191,31 @@ HullRows hullOfRows(const GridFrame& frame, const RowExtremes& rows) {
       hull.high[i] = INT_MIN;
     }
   return hull;
+}
+
+HullRows grownHull(const HullRows& hull, const std::vector<Voxel>& added) {
+  HullRows next = hull;
+  next.vertices = added;
+  std::vector<std::array<uint64_t, 3>> kept;
+  for (const HullTriangle& triangle : hull.triangles) {
+    kept.push_back(triangleId(hull, triangle));
+    for (const int corner : triangle.corners) next.vertices.push_back(hull.vertices[corner]);
+  }
+  const auto less = [](const Voxel& a, const Voxel& b) { return voxelId(a) < voxelId(b); };
+  std::sort(next.vertices.begin(), next.vertices.end(), less);
+  next.vertices.erase(std::unique(next.vertices.begin(), next.vertices.end()), next.vertices.end());
+  next.triangles = hullTriangles(next.vertices);
+  std::sort(kept.begin(), kept.end());
+  std::vector<HullTriangle> fresh;
+  for (const HullTriangle& triangle : next.triangles)
+    if (!std::binary_search(kept.begin(), kept.end(), triangleId(next, triangle))) fresh.push_back(triangle);
+  for (const HullTriangle& triangle : fresh)  // what old triangles say of these rows no longer holds
+    forShadow(next, triangle, [&](std::size_t row, int, int) {
+      (triangle.normal.x() > 0 ? next.high[row] : next.low[row]) =
+          triangle.normal.x() > 0 ? INT_MAX : INT_MIN;
+    });
+  for (const HullTriangle& triangle : fresh) cutRows(next, triangle);
+  return next;
 }
 
 }  // namespace fv

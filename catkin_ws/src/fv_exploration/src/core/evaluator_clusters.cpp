@@ -9,112 +9,121 @@
 
 namespace fv {
 
+namespace {
+
+/// Sums of all counts before each one, and of all at the end.
+std::vector<int> startsOf(const std::vector<int>& counts) {
+  std::vector<int> start(counts.size() + 1, 0);
+  std::partial_sum(counts.begin(), counts.end(), start.begin() + 1);
+  return start;
+}
+
+}  // namespace
+
 void Evaluator::numberFrontiers() {
-  std::vector<int> start(tiles_.size() + 1, 0);
-  for (std::size_t t = 0; t < tiles_.size(); ++t)
-    start[t + 1] = start[t] + (tiles_[t] ? tiles_[t]->components : 0);
-  std::vector<int> parent(start.back());
+  component_start_ = startsOf(components_);
+  std::vector<int> parent(component_start_.back());
   std::iota(parent.begin(), parent.end(), 0);
   const auto find = [&](int i) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
-  int64_t voxels = 0;
-  for (std::size_t t = 0; t < tiles_.size(); ++t)
-    if (tiles_[t])
+  const int count = static_cast<int>(tiles_.size());
+  for (int t = 0; t < count; ++t)
+    if (components_[t])
       for (const TileLink& link : tiles_[t]->frontier_links) {
-        const int a = find(start[t] + link.own);
-        const int b = find(start[neighbourIndex(static_cast<int>(t), link.direction)] + link.other);
+        const int a = find(component_start_[t] + link.own);
+        const int b = find(component_start_[t + step_to_[link.direction]] + link.other);
         parent[std::max(a, b)] = std::min(a, b);
       }
-  std::vector<int> number(parent.size(), -1);
+  cluster_of_.resize(parent.size());
   int clusters = 0;
-  for (std::size_t t = 0; t < tiles_.size(); ++t) {
-    if (!tiles_[t]) continue;
-    voxels += maskCount(tiles_[t]->frontier);
-    tiles_[t]->cluster.resize(tiles_[t]->components);
-    for (int c = 0; c < tiles_[t]->components; ++c) {
-      const int root = find(start[t] + c);
-      if (number[root] < 0) number[root] = clusters++;
-      tiles_[t]->cluster[c] = number[root];
-    }
+  for (int i = 0; i < static_cast<int>(parent.size()); ++i) {  // the root of a cluster is its first component
+    const int root = find(i);
+    cluster_of_[i] = root == i ? clusters++ : cluster_of_[root];
   }
-  evaluation_.clusters = clusters;
-  evaluation_.counts["frontier"] = voxels;
+  evaluation_->clusters = clusters;
+  evaluation_->counts["frontier"] = frontier_voxels_;
 }
 
-void Evaluator::mergeGroup(Group& group, const std::vector<int>& members) {
-  group.members = members;
+void Evaluator::mergeGroup(int g) {
   VoidGraph all;
-  std::map<int, int> start;
-  for (const int t : members) {
-    const int first = start[t] = static_cast<int>(all.nodes.size());
-    all.nodes.insert(all.nodes.end(), tiles_[t]->graph.nodes.begin(), tiles_[t]->graph.nodes.end());
-    for (const auto& [a, b] : tiles_[t]->graph.edges) all.edges.emplace_back(first + a, first + b);
+  for (const int t : group_tiles_[g]) {
+    const int first = first_in_group_[t] = static_cast<int>(all.nodes.size());
+    if (nodes_[t] == 0) continue;
+    const VoidGraph& graph = tiles_[t]->graph;
+    all.nodes.insert(all.nodes.end(), graph.nodes.begin(), graph.nodes.end());
+    for (const auto& [a, b] : graph.edges) all.edges.emplace_back(first + a, first + b);
   }
-  for (const int t : members)
+  all.settled = all.edges.size();
+  for (const int t : group_tiles_[g]) {
+    if (nodes_[t] == 0) continue;
     for (const TileLink& link : tiles_[t]->void_links) {
-      const auto other = start.find(neighbourIndex(t, link.direction));
-      if (other != start.end()) all.edges.emplace_back(start[t] + link.own, other->second + link.other);
+      const int n = t + step_to_[link.direction];
+      if (group_of_[n] == g)
+        all.edges.emplace_back(first_in_group_[t] + link.own, first_in_group_[n] + link.other);
     }
-  group.graph = mergeNearestFirst(std::move(all), rule(), group.merged_into);
+  }
+  groups_[g].graph = mergeNearestFirst(std::move(all), rule(), groups_[g].merged_into);
 }
 
 void Evaluator::clusterTiled() {
-  // Groups of 4x4x4 tiles, anew where a tile's voids or its links have changed.
-  const auto groupOf = [&](int t) {
-    const Voxel g = frame_.tile(t) / 4;
-    return (g.z() * group_counts_.y() + g.y()) * group_counts_.x() + g.x();
-  };
+  // Groups of 4x4x4 tiles, anew where the voids of a tile have changed.
   std::vector<uint8_t> stale(groups_.size(), 0);
-  for (const int t : marked(around(void_changed_, true))) stale[groupOf(t)] = 1;
-  std::vector<std::vector<int>> members(groups_.size());
-  int64_t voids = 0;
-  for (int t = 0; t < static_cast<int>(tiles_.size()); ++t)
-    if (tiles_[t] && !tiles_[t]->graph.nodes.empty()) {
-      voids += maskCount(tiles_[t]->voids);
-      members[groupOf(t)].push_back(t);
-    }
+  for (std::size_t t = 0; t < tiles_.size(); ++t)
+    if (void_touched_[t]) stale[group_of_[t]] = 1;
   const std::vector<int> list = marked(stale);
   parallelChunks(static_cast<int>(list.size()), threadCount(config_.threads), 1,
                  [&](int begin, int end, int) {
-                   for (int i = begin; i < end; ++i) mergeGroup(groups_[list[i]], members[list[i]]);
+                   for (int i = begin; i < end; ++i) mergeGroup(list[i]);
                  });
   // All groups together.
+  node_start_ = startsOf(nodes_);
+  ellipsoid_of_.resize(node_start_.back());
+  std::vector<int> node_of(node_start_.back()), merged_into;
+  mergeGroups(node_of, merged_into);
+  for (std::size_t i = 0; i < node_of.size(); ++i) ellipsoid_of_[i] = merged_into[node_of[i]];
+  evaluation_->counts["void"] = void_voxels_;
+}
+
+/// Merge the nodes of all groups. @param[out] node_of per void label its node, and per node its ellipsoid.
+void Evaluator::mergeGroups(std::vector<int>& node_of, std::vector<int>& ellipsoid_of_node) {
   VoidGraph all;
-  std::vector<int> first_node(groups_.size());
-  std::vector<std::vector<int>> node(tiles_.size());  // per tile node its node in `all`
+  std::vector<int> first(groups_.size());
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    const Group& group = groups_[g];
-    first_node[g] = static_cast<int>(all.nodes.size());
-    if (members[g].empty()) continue;
-    all.nodes.insert(all.nodes.end(), group.graph.nodes.begin(), group.graph.nodes.end());
-    for (const auto& [a, b] : group.graph.edges) all.edges.emplace_back(first_node[g] + a, first_node[g] + b);
-    std::size_t at = 0;
-    for (const int t : group.members)
-      for (std::size_t i = 0; i < tiles_[t]->graph.nodes.size(); ++i)
-        node[t].push_back(first_node[g] + group.merged_into[at++]);
+    first[g] = static_cast<int>(all.nodes.size());
+    const VoidGraph& graph = groups_[g].graph;
+    all.nodes.insert(all.nodes.end(), graph.nodes.begin(), graph.nodes.end());
+    for (const auto& [a, b] : graph.edges) all.edges.emplace_back(first[g] + a, first[g] + b);
   }
+  for (std::size_t t = 0; t < tiles_.size(); ++t) {
+    const int* merged = groups_[group_of_[t]].merged_into.data() + first_in_group_[t];
+    for (int i = 0; i < nodes_[t]; ++i) node_of[node_start_[t] + i] = first[group_of_[t]] + merged[i];
+  }
+  all.settled = all.edges.size();
+  const std::vector<std::pair<int, int>> across = edgesAcross(node_of);
+  all.edges.insert(all.edges.end(), across.begin(), across.end());
+  evaluation_->counts["merge_nodes"] = static_cast<int64_t>(all.nodes.size());
+  std::vector<int> rank;
+  takeEllipsoids(mergeNearestFirst(std::move(all), rule(), ellipsoid_of_node), rank);
+  for (int& node : ellipsoid_of_node) node = rank[node];
+}
+
+/// Nodes of different groups that neighbour each other, each pair once.
+std::vector<std::pair<int, int>> Evaluator::edgesAcross(const std::vector<int>& node_of) const {
   std::vector<std::pair<int, int>> across;
-  for (int t = 0; t < static_cast<int>(tiles_.size()); ++t)
-    if (!node[t].empty())
-      for (const TileLink& link : tiles_[t]->void_links) {
-        const int n = neighbourIndex(t, link.direction);
-        if (groupOf(n) != groupOf(t))
-          across.emplace_back(std::minmax(node[t][link.own], node[n][link.other]));
-      }
+  for (int t = 0; t < static_cast<int>(tiles_.size()); ++t) {
+    if (nodes_[t] == 0) continue;
+    for (const TileLink& link : tiles_[t]->void_links) {
+      const int n = t + step_to_[link.direction];
+      if (group_of_[n] != group_of_[t])
+        across.emplace_back(
+            std::minmax(node_of[node_start_[t] + link.own], node_of[node_start_[n] + link.other]));
+    }
+  }
   std::sort(across.begin(), across.end());
   across.erase(std::unique(across.begin(), across.end()), across.end());
-  all.edges.insert(all.edges.end(), across.begin(), across.end());
-  evaluation_.counts["merge_nodes"] = static_cast<int64_t>(all.nodes.size());
-  std::vector<int> merged_into, rank;
-  takeEllipsoids(mergeNearestFirst(std::move(all), rule(), merged_into), rank);
-  for (std::size_t t = 0; t < tiles_.size(); ++t) {
-    if (!tiles_[t]) continue;
-    tiles_[t]->ellipsoid.clear();
-    for (const int i : node[t]) tiles_[t]->ellipsoid.push_back(rank[merged_into[i]]);
-  }
-  evaluation_.counts["void"] = voids;
+  return across;
 }
 
 /// The procedure of the thesis over all void voxels at once.
@@ -122,85 +131,86 @@ void Evaluator::clusterWhole() {
   std::vector<Voxel> voxels;
   for (std::size_t t = 0; t < tiles_.size(); ++t)
     if (tiles_[t]) {
-      const std::vector<Voxel> some = maskVoxels(tiles_[t]->voids, tileCorner(static_cast<int>(t)));
+      const std::vector<Voxel> some = maskVoxels(tiles_[t]->voids.mask, tileCorner(static_cast<int>(t)));
       voxels.insert(voxels.end(), some.begin(), some.end());
-      tiles_[t]->void_labels.clear();
-      tiles_[t]->ellipsoid.clear();
-      void_changed_[t] = 1;
+      void_touched_[t] = (1u << 27) - 1;
     }
   std::sort(voxels.begin(), voxels.end(),
             [](const Voxel& a, const Voxel& b) { return voxelId(a) < voxelId(b); });
   std::vector<int> labels, rank;
   takeEllipsoids(clusterVoids(voxels, rule(), labels), rank);
+  // A tile's labels: its ellipsoids in the order in which its voxels, ascending, come to them.
+  std::vector<std::vector<int>> own(tiles_.size()), ellipsoids(tiles_.size());
   for (std::size_t i = 0; i < voxels.size(); ++i) {
-    const int t = frame_.tileOf(voxels[i]);
-    Tile& tile = *tiles_[t];
-    if (tile.void_labels.empty()) tile.void_labels.assign(kTileVoxels, 0);
-    const int ellipsoid = rank[labels[i]];
-    auto found = std::find(tile.ellipsoid.begin(), tile.ellipsoid.end(), ellipsoid);
-    if (found == tile.ellipsoid.end()) found = tile.ellipsoid.insert(found, ellipsoid);
-    const Voxel d = voxels[i] - tileCorner(t);
-    tile.void_labels[d.x() + kTile * (d.y() + kTile * d.z())] =
-        static_cast<uint16_t>(found - tile.ellipsoid.begin() + 1);
+    const int t = frame_.tileOf(voxels[i]), ellipsoid = rank[labels[i]];
+    auto found = std::find(ellipsoids[t].begin(), ellipsoids[t].end(), ellipsoid);
+    if (found == ellipsoids[t].end()) found = ellipsoids[t].insert(found, ellipsoid);
+    own[t].push_back(static_cast<int>(found - ellipsoids[t].begin()));
   }
-  evaluation_.counts["void"] = static_cast<int64_t>(voxels.size());
+  ellipsoid_of_.clear();
+  for (std::size_t t = 0; t < tiles_.size(); ++t) {
+    nodes_[t] = static_cast<int>(ellipsoids[t].size());
+    ellipsoid_of_.insert(ellipsoid_of_.end(), ellipsoids[t].begin(), ellipsoids[t].end());
+    if (tiles_[t]) tiles_[t]->voids.runs = runsOf(tiles_[t]->voids.mask, own[t]);
+  }
+  node_start_ = startsOf(nodes_);
+  evaluation_->counts["void"] = void_voxels_;
 }
 
-/// Ellipsoids of the nodes, largest count first; `rank`: per node its ellipsoid.
+/// Ellipsoids of the nodes, which ascend by id, largest count first; `rank`: per node its ellipsoid.
 void Evaluator::takeEllipsoids(const VoidGraph& graph, std::vector<int>& rank) {
-  std::vector<int> order(graph.nodes.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::sort(order.begin(), order.end(), [&](int a, int b) {
-    const VoidNode &p = graph.nodes[a], &q = graph.nodes[b];
-    return p.moments.n != q.moments.n ? p.moments.n > q.moments.n : p.id < q.id;
-  });
-  rank.resize(order.size());
-  evaluation_.ellipsoids.clear();
-  for (const int i : order) {
-    rank[i] = static_cast<int>(evaluation_.ellipsoids.size());
-    evaluation_.ellipsoids.push_back(fitEllipsoid(graph.nodes[i].moments, model()));
+  std::vector<Ellipsoid> fits;
+  std::vector<std::pair<int64_t, int>> order;
+  std::size_t old = 0;
+  for (const VoidNode& node : graph.nodes) {
+    while (old < fitted_nodes_.size() && fitted_nodes_[old].id < node.id) ++old;
+    const bool same = old < fitted_nodes_.size() && fitted_nodes_[old].id == node.id &&
+                      fitted_nodes_[old].moments == node.moments;
+    order.emplace_back(-node.moments.n, static_cast<int>(fits.size()));
+    fits.push_back(same ? fits_[old] : fitEllipsoid(node.moments, model()));
   }
+  std::sort(order.begin(), order.end());
+  rank.resize(order.size());
+  for (const auto& [count, i] : order) {
+    rank[i] = static_cast<int>(evaluation_->ellipsoids.size());
+    evaluation_->ellipsoids.push_back(fits[i]);
+  }
+  fitted_nodes_ = graph.nodes;
+  fits_ = std::move(fits);
 }
 
 void Evaluator::pairFrontierVoids() {
-  std::vector<std::pair<int, int>> pairs;
+  std::vector<std::vector<int>> clusters(evaluation_->ellipsoids.size());
   for (int t = 0; t < static_cast<int>(tiles_.size()); ++t)
-    if (tiles_[t])
-      for (const TileLink& link : tiles_[t]->frontier_voids)
-        pairs.emplace_back(neighbour(t, link.direction)->ellipsoid[link.other], tiles_[t]->cluster[link.own]);
-  std::sort(pairs.begin(), pairs.end());
-  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  for (const auto& [ellipsoid, cluster] : pairs) {
-    auto& out = evaluation_.frontier_voids;
-    if (out.empty() || out.back().ellipsoid != ellipsoid) out.push_back({ellipsoid, {}});
-    out.back().clusters.push_back(cluster);
+    if (components_[t])
+      for (const TileLink& link : tiles_[t]->frontier_voids) {
+        const int label = node_start_[t + step_to_[link.direction]] + link.other;
+        clusters[ellipsoid_of_[label]].push_back(cluster_of_[component_start_[t] + link.own]);
+      }
+  for (std::size_t i = 0; i < clusters.size(); ++i) {
+    if (clusters[i].empty()) continue;
+    std::sort(clusters[i].begin(), clusters[i].end());
+    clusters[i].erase(std::unique(clusters[i].begin(), clusters[i].end()), clusters[i].end());
+    evaluation_->frontier_voids.push_back({static_cast<int>(i), std::move(clusters[i])});
   }
 }
 
 void Evaluator::frontier(std::vector<Voxel>& voxels, std::vector<int>& clusters) const {
-  for (std::size_t t = 0; t < tiles_.size(); ++t) {
-    if (!tiles_[t]) continue;
-    const Voxel corner = tileCorner(static_cast<int>(t));
-    for (const Voxel& v : maskVoxels(tiles_[t]->frontier, corner)) {
-      const Voxel d = v - corner;
-      voxels.push_back(v);
-      clusters.push_back(
-          tiles_[t]->cluster[tiles_[t]->frontier_labels[d.x() + kTile * (d.y() + kTile * d.z())] - 1]);
-    }
-  }
+  for (std::size_t t = 0; t < tiles_.size(); ++t)
+    if (tiles_[t])
+      forEachLabel(tiles_[t]->frontier, tileCorner(static_cast<int>(t)), [&](const Voxel& v, int label) {
+        voxels.push_back(v);
+        clusters.push_back(cluster_of_[component_start_[t] + label]);
+      });
 }
 
 void Evaluator::voids(std::vector<Voxel>& voxels, std::vector<int>& ellipsoids) const {
-  for (std::size_t t = 0; t < tiles_.size(); ++t) {
-    if (!tiles_[t]) continue;
-    const Voxel corner = tileCorner(static_cast<int>(t));
-    for (const Voxel& v : maskVoxels(tiles_[t]->voids, corner)) {
-      const Voxel d = v - corner;
-      voxels.push_back(v);
-      ellipsoids.push_back(
-          tiles_[t]->ellipsoid[tiles_[t]->void_labels[d.x() + kTile * (d.y() + kTile * d.z())] - 1]);
-    }
-  }
+  for (std::size_t t = 0; t < tiles_.size(); ++t)
+    if (tiles_[t])
+      forEachLabel(tiles_[t]->voids, tileCorner(static_cast<int>(t)), [&](const Voxel& v, int label) {
+        voxels.push_back(v);
+        ellipsoids.push_back(ellipsoid_of_[node_start_[t] + label]);
+      });
 }
 
 std::vector<Ellipsoid> Evaluator::initialEllipsoids() const {
@@ -213,7 +223,7 @@ std::vector<Ellipsoid> Evaluator::initialEllipsoids() const {
   };
   for (std::size_t t = 0; t < tiles_.size(); ++t) {
     if (!tiles_[t]) continue;
-    voxels = maskVoxels(tiles_[t]->voids, tileCorner(static_cast<int>(t)));
+    voxels = maskVoxels(tiles_[t]->voids.mask, tileCorner(static_cast<int>(t)));
     if (config_.tiled)
       seed(voxels);
     else

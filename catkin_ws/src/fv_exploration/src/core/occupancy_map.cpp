@@ -91,6 +91,7 @@ OccupancyMap::OccupancyMap(const OccupancyMap& o)
       frame_(o.frame_),
       classes_(o.classes_),
       tile_sequences_(o.tile_sequences_),
+      changed_rows_(o.changed_rows_),
       counts_(o.counts_),
       sequence_(o.sequence_) {
   tree_->clearKeyRays();
@@ -128,6 +129,7 @@ void OccupancyMap::layOut(const Voxel& min, const Voxel& max) {
   frame_ = frame;
   classes_.swap(classes);
   tile_sequences_.swap(sequences);
+  changed_rows_.assign(frame.tileCount(), RowSet().set());
 }
 
 void OccupancyMap::fillOutside() {
@@ -158,7 +160,10 @@ void OccupancyMap::makeRoom(const Voxel& min, const Voxel& max) {
 void OccupancyMap::record(const std::vector<Change>& changes) {
   for (const Change& c : changes) {
     classes_[frame_.index(c.voxel)] = c.after;
-    tile_sequences_[frame_.tileOf(c.voxel)] = sequence_;
+    const int tile = frame_.tileOf(c.voxel);
+    if (tile_sequences_[tile] != sequence_) changed_rows_[tile].reset();
+    tile_sequences_[tile] = sequence_;
+    changed_rows_[tile].set((c.voxel.y() & (kTile - 1)) + kTile * (c.voxel.z() & (kTile - 1)));
     --counts_[c.before];
     ++counts_[c.after];
   }

@@ -27,7 +27,7 @@ class Merging {
     for (std::size_t i = 0; i < order.size(); ++i) slot_[order[i]] = static_cast<int>(i);
     for (const VoidNode& node : nodes_) count_.push_back(node.moments.n);
     seen_.assign(nodes_.size(), 0);
-    link(graph.edges);
+    link(graph.edges, graph.settled);
   }
 
   void run() {
@@ -50,13 +50,14 @@ class Merging {
       for (const int j : liveNeighbours(i))
         if (i < j) out.edges.emplace_back(rank[i], rank[j]);
     }
+    out.settled = out.edges.size();
     merged_into.resize(slot_.size());
     for (std::size_t i = 0; i < slot_.size(); ++i) merged_into[i] = rank[find(slot_[i])];
     return out;
   }
 
  private:
-  void link(const std::vector<std::pair<int, int>>& edges) {
+  void link(const std::vector<std::pair<int, int>>& edges, std::size_t settled) {
     std::vector<int> degree(nodes_.size(), 0);
     for (const auto& [a, b] : edges) {
       ++degree[slot_[a]];
@@ -67,8 +68,8 @@ class Merging {
     for (const auto& [a, b] : edges) {
       neighbours_[slot_[a]].push_back(slot_[b]);
       neighbours_[slot_[b]].push_back(slot_[a]);
-      push(slot_[a], slot_[b]);
     }
+    for (std::size_t i = settled; i < edges.size(); ++i) push(slot_[edges[i].first], slot_[edges[i].second]);
   }
 
   int find(int i) {
