@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "capability_map/roll_search.h"
 #include "fv_robot_model/ik/group_solver.h"
 #include "fv_robot_model/robot_model.h"
 #include "fv_robot_model/self_collision.h"
@@ -33,7 +34,8 @@ struct ProbeCounts {
 /// Decides views (tip position, direction of its z axis; roll free) by inverse kinematics and self-collision.
 ///
 /// Roll: where the last joint turns about the tip's z, one IK call stands for all rolls; else the rolls are
-/// tried coarse to fine until one holds. Keeps buffers: one object per thread. The model must outlive it.
+/// tried coarse to fine until one holds (roll_search.h). Keeps buffers: one object per thread. The model must
+/// outlive it.
 class ViewProbe {
  public:
   /// @throws what chainOfGroup throws; std::invalid_argument for steps that are not positive.
@@ -46,9 +48,6 @@ class ViewProbe {
   /// @return its manipulability, or a negative number when the view cannot be held.
   double decide(const Eigen::Vector3d& position, const Eigen::Vector3d& direction, double* q_witness);
 
-  /// Is the full pose held by some collision-free configuration? Otherwise as decide().
-  double decidePose(const Eigen::Isometry3d& T_base_tip, double* q_witness);
-
   int dof() const { return solver_->chain().dof(); }
   const fv_robot_model::ik::IkSolver& solver() const { return *solver_; }
   bool lastJointRollsAboutZ() const { return roll_by_last_joint_; }
@@ -56,17 +55,11 @@ class ViewProbe {
   void resetCounts() { counts_ = {}; }
 
  private:
-  double decideFreeRoll(const Eigen::Isometry3d& T, double* q_witness);
-  void holdLastJoint(const fv_robot_model::ik::SerialChain& chain,
-                     const fv_robot_model::ik::IkOptions& options);
-  void prepareRollSearch(const fv_robot_model::ik::SerialChain& chain,
-                         const fv_robot_model::ik::IkOptions& options);
-  double stepRoll(const Eigen::Isometry3d& T, double* q_witness);
+  double decideByLastJoint(const Eigen::Isometry3d& T, double* q_witness);
   double searchRoll(const Eigen::Isometry3d& T, double* q_witness);
-  double tryRoll(const Eigen::Isometry3d& T, double roll, double* q_witness);
-  double solveHeld(const Eigen::Isometry3d& T, double* q_witness);
+  double stepRoll(const Eigen::Isometry3d& T, double* q_witness);
   double solveWith(const fv_robot_model::ik::IkSolver& solver, const Eigen::Isometry3d& T, double* q_witness);
-  double bestFree(bool any_roll, double* q_witness);
+  double bestFree(fv_robot_model::ik::IkSolutions& solutions, double* q_witness);
   bool isFree(const double* q);
   bool freeAtSomeRoll(double* q);
 
@@ -74,23 +67,14 @@ class ViewProbe {
   const fv_robot_model::Group& group_;
   ProbeOptions options_;
   std::unique_ptr<fv_robot_model::ik::IkSolver> solver_;  ///< With the real limits.
-  /// Last joint unbounded where it rolls about z: decides all rolls at once.
+  /// Where the last joint rolls about z and one call decides: that joint unbounded.
   std::unique_ptr<fv_robot_model::ik::IkSolver> roll_solver_;
   /// Exact redundant arms: one solution per feasible interval first, it decides reachability and is cheap.
   std::unique_ptr<fv_robot_model::ik::IkSolver> one_per_interval_;
-  /// Redundant arms without an exact solver whose last joint rolls about z: that joint held, rolls tried
-  /// instead.
-  std::unique_ptr<fv_robot_model::ik::IkSolver> held_solver_;
-  double held_value_{0.0};
-  fv_robot_model::ik::IkSolutions held_solutions_;
-  /// 6 joints, roll not by the last one: limits widened, to see where a window between two rolls may hide.
-  std::unique_ptr<fv_robot_model::ik::IkSolver> wider_solver_;
-  Eigen::Vector3d shoulder_{0.0, 0.0, 0.0};     ///< Base frame [m].
-  Eigen::Vector3d p_tip_wrist_{0.0, 0.0, 0.0};  ///< Where the last two axes are nearest, tip frame [m].
-  std::vector<double> near_misses_;
+  /// Where rolls have to be searched.
+  std::unique_ptr<RollSearch> roll_search_;
   std::unique_ptr<fv_robot_model::SelfCollision> collision_;
   bool roll_by_last_joint_{false};
-  std::vector<double> rolls_;  ///< Coarse to fine [rad].
   ProbeCounts counts_;
   fv_robot_model::ik::IkSolutions solutions_;
   Eigen::VectorXd q_all_;

@@ -14,7 +14,7 @@ from capability_map.errors import CapabilityMapError
 from capability_map.parameters import BuildParameters
 from capability_map.robots import Arm
 
-METHOD_VERSION = 8  # grows when equal parameters lead to another map
+METHOD_VERSION = 9  # grows when equal parameters lead to another map
 
 
 @dataclasses.dataclass(frozen=True)

@@ -135,6 +135,15 @@ std::vector<std::vector<int>> heldCandidates(int dof) {
 
 }  // namespace
 
+int jointToHold(const SerialChain& chain) {
+  if (chain.dof() != 7 || !allRevolute(chain)) return -1;
+  for (const std::vector<int>& held : heldCandidates(7)) {
+    const ChainJoint& joint = chain.joint(held[0]);
+    if (makeSpherical6R(chain.withFixedJoint(held[0], 0.5 * (joint.lower + joint.upper)), {})) return held[0];
+  }
+  return -1;
+}
+
 std::unique_ptr<IkSolver> makeJointSweep(const SerialChain& chain, const IkOptions& options) {
   if (!allRevolute(chain)) return nullptr;
   for (const std::vector<int>& held : heldCandidates(chain.dof())) {

@@ -98,6 +98,9 @@ class IkSolver {
 /// - everything else, with prismatic joints too: KDL.
 std::unique_ptr<IkSolver> makeIkSolver(const SerialChain& chain, const IkOptions& options = {});
 
+/// The joint of a 7R chain that, when held, leaves a 6R with a closed form; -1 when there is none.
+int jointToHold(const SerialChain& chain);
+
 /// The numerical solver alone, as reference.
 std::unique_ptr<IkSolver> makeNumericalIkSolver(const SerialChain& chain, const IkOptions& options = {});
 
