@@ -13,17 +13,15 @@ import rostest
 from actionlib_msgs.msg import GoalStatus
 from control_msgs.msg import (
     FollowJointTrajectoryAction,
-    FollowJointTrajectoryGoal,
     FollowJointTrajectoryResult,
 )
 from control_msgs.srv import QueryTrajectoryState
 from fv_msgs import srv
 from fv_msgs.msg import Contacts
-from geometry_msgs.msg import Pose
 from sensor_msgs.msg import JointState, PointCloud2
+from sim_helpers import ARM, BOX, READY, arm_goal, call, pose_at
 from std_srvs.srv import Empty, Trigger
 from tf2_msgs.msg import TFMessage
-from trajectory_msgs.msg import JointTrajectoryPoint
 
 from hubo_sim.config import SimConfig
 from hubo_sim.conversions import points_from_cloud
@@ -32,25 +30,6 @@ from hubo_sim.robot_source import load_robot_spec
 from hubo_sim.simulator import Simulator
 from hubo_sim.transforms import apply
 from hubo_sim.worlds import load_world
-
-ARM = ["RSP", "RSR", "RSY", "REP", "RWY", "RWP"]
-READY = [-0.6, -0.2, 0.0, -1.7, 0.0, 0.73]
-BOX = '<robot name="b"><link name="l"><inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial><visual><geometry><box size="0.2 0.2 0.2"/></geometry></visual><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision></link></robot>'  # noqa: E501
-
-
-def arm_goal(positions, seconds, names=ARM):
-    goal = FollowJointTrajectoryGoal()
-    goal.trajectory.joint_names = list(names)
-    point = JointTrajectoryPoint(positions=list(positions), velocities=[0.0] * len(positions))
-    point.time_from_start = rospy.Duration(seconds)
-    goal.trajectory.points = [point]
-    return goal
-
-
-def pose_at(x, y, z):
-    pose = Pose()
-    pose.position.x, pose.position.y, pose.position.z, pose.orientation.w = x, y, z, 1.0
-    return pose
 
 
 class SimTest(unittest.TestCase):
@@ -64,11 +43,8 @@ class SimTest(unittest.TestCase):
         cls.trigger = rospy.ServiceProxy("/camera/trigger", Trigger)
 
     def setUp(self):
-        self.call("unpause_physics", Empty)
-        self.call("reset_simulation", Empty)
-
-    def call(self, name, kind, **fields):
-        return rospy.ServiceProxy(f"/hubo_sim/{name}", kind)(**fields)
+        call("unpause_physics", Empty)
+        call("reset_simulation", Empty)
 
     def positions(self):
         state = rospy.wait_for_message("/joint_states", JointState, 5)
@@ -150,8 +126,8 @@ class SimTest(unittest.TestCase):
             self.assertEqual(self.arm.get_state(), GoalStatus.REJECTED)
 
     def test_pause_stops_time_and_refuses_goals_until_unpause(self):
-        self.call("pause_physics", Empty)
-        before = self.call("get_world_properties", srv.GetWorldProperties).sim_time
+        call("pause_physics", Empty)
+        before = call("get_world_properties", srv.GetWorldProperties).sim_time
         self.arm.send_goal(arm_goal(READY, 1.0))
         for _ in range(200):
             if self.arm.get_state() == GoalStatus.REJECTED:
@@ -159,39 +135,39 @@ class SimTest(unittest.TestCase):
             threading.Event().wait(0.02)  # ROS time stands still
         self.assertEqual(self.arm.get_state(), GoalStatus.REJECTED)
         self.assertIn("paused", self.arm.get_goal_status_text())
-        self.assertEqual(self.call("get_world_properties", srv.GetWorldProperties).sim_time, before)
-        stepped = self.call("step_physics", srv.StepPhysics, steps=24)
+        self.assertEqual(call("get_world_properties", srv.GetWorldProperties).sim_time, before)
+        stepped = call("step_physics", srv.StepPhysics, steps=24)
         self.assertAlmostEqual(stepped.sim_time - before, 0.1, places=6)
         self.assertFalse(self.trigger().success)
-        self.call("unpause_physics", Empty)
-        self.assertFalse(self.call("step_physics", srv.StepPhysics, steps=1).success)
+        call("unpause_physics", Empty)
+        self.assertFalse(call("step_physics", srv.StepPhysics, steps=1).success)
         self.assertEqual(self.run_goal(arm_goal(READY, 1.0)), FollowJointTrajectoryResult.SUCCESSFUL)
 
     def test_spawned_model_is_listed_seen_moved_and_deleted(self):
         spawn = {"model_name": "box", "model_xml": BOX, "fixed": True}
         self.assertTrue(
-            self.call("spawn_urdf_model", srv.SpawnModel, initial_pose=pose_at(1, -0.8, 1), **spawn).success
+            call("spawn_urdf_model", srv.SpawnModel, initial_pose=pose_at(1, -0.8, 1), **spawn).success
         )
-        taken = self.call("spawn_urdf_model", srv.SpawnModel, initial_pose=pose_at(1, -0.8, 1), **spawn)
+        taken = call("spawn_urdf_model", srv.SpawnModel, initial_pose=pose_at(1, -0.8, 1), **spawn)
         self.assertFalse(taken.success)
         self.assertIn("exists", taken.status_message)
-        self.assertIn("box", self.call("get_world_properties", srv.GetWorldProperties).model_names)
+        self.assertIn("box", call("get_world_properties", srv.GetWorldProperties).model_names)
         self.assertTrue(
-            self.call("set_model_state", srv.SetModelState, model_name="box", pose=pose_at(1, 1, 2)).success
+            call("set_model_state", srv.SetModelState, model_name="box", pose=pose_at(1, 1, 2)).success
         )
-        state = self.call("get_model_state", srv.GetModelState, model_name="box")
+        state = call("get_model_state", srv.GetModelState, model_name="box")
         self.assertAlmostEqual(state.pose.position.z, 2.0, places=6)
-        self.assertTrue(self.call("delete_model", srv.DeleteModel, model_name="box").success)
-        self.assertFalse(self.call("delete_model", srv.DeleteModel, model_name="box").success)
+        self.assertTrue(call("delete_model", srv.DeleteModel, model_name="box").success)
+        self.assertFalse(call("delete_model", srv.DeleteModel, model_name="box").success)
 
     def test_spawn_inside_the_robot_or_of_broken_xml_is_refused(self):
-        inside = self.call(
+        inside = call(
             "spawn_urdf_model", srv.SpawnModel, model_name="in", model_xml=BOX, initial_pose=pose_at(0, 0, 1)
         )
         self.assertFalse(inside.success)
         self.assertIn("inside", inside.status_message)
         for xml in ("<robot", "<robot name='x'/>", ""):
-            answer = self.call(
+            answer = call(
                 "spawn_urdf_model",
                 srv.SpawnModel,
                 model_name="bad",
@@ -200,7 +176,7 @@ class SimTest(unittest.TestCase):
             )
             self.assertFalse(answer.success)
             self.assertTrue(answer.status_message)
-        self.assertNotIn("bad", self.call("get_world_properties", srv.GetWorldProperties).model_names)
+        self.assertNotIn("bad", call("get_world_properties", srv.GetWorldProperties).model_names)
 
     def test_moving_without_touching_counts_no_contact_and_tf_ties_the_base(self):
         self.run_goal(arm_goal(READY, 1.0))

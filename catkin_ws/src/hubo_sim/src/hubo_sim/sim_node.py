@@ -56,7 +56,7 @@ class SimNode:
         self._grace_end_s = 0.0  # wall time
         self._last_moving_step = 0
         self._clock_due = self._joints_due = self._contacts_due = 0
-        self._last_joints_ns = 0
+        self._last_clock_ns = self._last_joints_ns = -1
         self._last_pairs: list[str] | None = None
         self._clock_pub = rospy.Publisher("/clock", Clock, queue_size=10)
         self._joints_pub = rospy.Publisher("/joint_states", JointState, queue_size=50)
@@ -243,21 +243,31 @@ class SimNode:
     def _publish_scan(self, camera: RosCamera) -> rospy.Time:
         """Clock and joint states of this moment, then the scan of it."""
         stamp = time_from_ns(self.sim.clock_ns)
-        self._clock_pub.publish(Clock(stamp))
+        self._publish_clock(stamp)
         self._publish_joints(stamp)
         camera.publish(self.sim.scene, stamp)
         return stamp
 
+    def _publish_clock(self, stamp: rospy.Time) -> None:
+        """Tell the time, once for each moment."""
+        if self.sim.clock_ns > self._last_clock_ns:
+            self._clock_pub.publish(Clock(stamp))
+            self._last_clock_ns = self.sim.clock_ns
+
     def _publish_joints(self, stamp: rospy.Time) -> None:
+        """Tell where the joints are, once for each moment: tf complains of more."""
+        if self.sim.clock_ns == self._last_joints_ns:
+            return
         self._joints_pub.publish(joint_state_msg(self.sim.robot.joint_names, self.sim.robot.state(), stamp))
         self._last_joints_ns = self.sim.clock_ns
-        self._joints_due = _next_due(self._joints_due, self.sim.clock_ns, self.config.joint_state_rate_hz)
+        if self.sim.clock_ns >= self._joints_due:  # else it came in between, for a scan
+            self._joints_due = _next_due(self._joints_due, self.sim.clock_ns, self.config.joint_state_rate_hz)
 
     def _publish_due(self) -> None:
         now = self.sim.clock_ns
         stamp = time_from_ns(now)
         if now >= self._clock_due:
-            self._clock_pub.publish(Clock(stamp))
+            self._publish_clock(stamp)
             self._clock_due = _next_due(self._clock_due, now, self.config.clock_rate_hz)
         if now >= self._joints_due:
             self._publish_joints(stamp)
