@@ -11,7 +11,7 @@ import pytest
 import viz_fake_run
 from PIL import Image as Picture
 
-from fv_viz.report import charts, compare, page, run_data
+from fv_viz.report import charts, compare, media, page, run_data, scene
 from fv_viz.report.commands import compare_main, report_main
 from fv_viz.report.scene import FACE, encoded_faces
 
@@ -105,6 +105,41 @@ def test_forty_views_stay_under_fifteen_megabytes(tmp_path):
     assert (folder / "report.html").stat().st_size < 15e6
 
 
+def test_a_small_video_is_embedded_and_a_large_one_is_named(run, tmp_path, monkeypatch):
+    folder = shutil.copytree(run, tmp_path / "run")
+    Picture.new("RGB", (40, 30), (200, 30, 20)).save(folder / "scene.png")
+    assert 'id="true-scene"' in page.report(run_data.load(folder))
+    for name, tag in (("scene.gif", 'src="data:image/gif'), ("scene.mp4", '<video src="data:video/mp4')):
+        (folder / name).write_bytes(b"GIF89a or so")
+        assert tag in page.report(run_data.load(folder))
+        (folder / name).unlink()
+    monkeypatch.setattr(media, "MAX_VIDEO_BYTES", 10)
+    (folder / "scene.mp4").write_bytes(bytes(11))
+    text = page.report(run_data.load(folder))
+    assert "<video" not in text
+    assert "scene.mp4 in the run folder" in text
+    assert text.count("data:image/jpeg") == 5 + 1
+    (folder / "scene.mp4").write_bytes(b"")
+    assert "scene.mp4 is empty" in page.report(run_data.load(folder))
+
+
+def test_on_paper_there_are_a_dozen_pictures_and_the_last(tmp_path):
+    data = run_data.RunData(tmp_path, pictures=[tmp_path / f"{k}.png" for k in range(45)])
+    text = media.strip(data)
+    assert text.count('<figure class="screen">') == 45 - 12 - 0
+    assert text.endswith("</script>")
+
+
+def test_what_has_too_many_faces_is_drawn_in_larger_voxels(monkeypatch):
+    monkeypatch.setattr(scene, "MAX_FACES", 20)
+    grid = (np.argwhere(np.ones((8, 8, 8))) + 0.5) * 0.1
+    size, faces = scene._few_faces(grid, 0.1, np.full(512, 250, np.uint8), False)
+    assert size == pytest.approx(0.2)
+    assert len(faces) == 18
+    assert (faces["length"].astype(int) * faces["width"]).sum() == 6 * 16
+    assert set(faces["since"]) == {4}
+
+
 def test_encoded_faces_cover_the_surface_of_a_cube():
     grid = (np.argwhere(np.ones((4, 4, 4))) + 0.5) * 0.1
     faces = encoded_faces(grid, 0.1, np.full(64, 254, np.uint8))
@@ -157,35 +192,39 @@ def test_charts_of_nothing_are_empty():
     assert charts.stacked_bars(np.array([1.0]), {"a": np.array([np.nan])}, "x", "y") == ""
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to open the report in")
-def test_a_browser_draws_the_map_without_complaint(run, tmp_path):
-    report_main([str(run)])
-    picture, command = (
-        tmp_path / "page.png",
-        [CHROMIUM, "--headless=new", "--no-sandbox", "--hide-scrollbars"],
-    )
-    command += [
+def browse(tmp_path, page_file, *words):
+    """Run a headless Chromium on a page; its output."""
+    graphics = [
         "--use-gl=angle",
         "--use-angle=swiftshader",
         "--enable-unsafe-swiftshader",
-        "--window-size=1200,1400",
+        "--hide-scrollbars",
     ]
-    command += [
-        "--enable-logging=stderr",
-        "--virtual-time-budget=3000",
-        f"--user-data-dir={tmp_path / 'profile'}",
-    ]
-    address = (run / "report.html").as_uri()
-    shot = subprocess.run(
-        [*command, f"--screenshot={picture}", address], capture_output=True, text=True, timeout=60
-    )
-    assert not re.search(r"CONSOLE.*", shot.stderr), shot.stderr
-    page_text = subprocess.run(
-        [*command, "--dump-dom", address], capture_output=True, text=True, timeout=60
-    ).stdout
-    assert 'data-drawn="yes"' in page_text
+    command = [CHROMIUM, "--headless=new", "--no-sandbox", *graphics, "--enable-logging=stderr"]
+    command += ["--window-size=1200,1400", f"--user-data-dir={tmp_path / 'profile'}"]
+    done = subprocess.run([*command, *words, page_file.as_uri()], capture_output=True, text=True, timeout=60)
+    assert "CONSOLE" not in done.stderr, done.stderr
+    return done.stdout
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to open the report in")
+def test_a_browser_draws_the_map_without_complaint(run, tmp_path):
+    report_main([str(run)])
+    picture = tmp_path / "page.png"
+    browse(tmp_path, run / "report.html", "--virtual-time-budget=3000", f"--screenshot={picture}")
+    text = browse(tmp_path, run / "report.html", "--virtual-time-budget=3000", "--dump-dom")
+    assert 'data-drawn="yes"' in text
     pixels = np.asarray(Picture.open(picture).convert("RGB"))[640:1300]
     blue = (pixels[..., 2].astype(int) - pixels[..., 0]) > 25  # the height scale below its middle
     magenta = (pixels[..., 0] > 180) & (pixels[..., 1] < 40) & (pixels[..., 2] > 90)  # the executed views
     assert blue.mean() > 0.01
     assert magenta.sum() > 50
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium to print the report with")
+def test_the_report_prints_on_a_few_pages_with_its_configuration(run, tmp_path):
+    report_main([str(run)])
+    paper = tmp_path / "report.pdf"
+    browse(tmp_path, run / "report.html", "--no-pdf-header-footer", f"--print-to-pdf={paper}")
+    pages = len(re.findall(rb"/Type\s*/Page\b", paper.read_bytes()))
+    assert 2 <= pages <= 8

@@ -23,7 +23,8 @@ class VizConfig:
     frontier_alpha: float = 0.4
     free_alpha: float = 0.25
     unknown_alpha: float = 0.3
-    void_alpha: float = 0.35
+    void_alpha: float = 0.7
+    beside_void_alpha: float = 0.25
     ellipsoid_alpha: float = 0.35
     roof_m: float = 0.1
     max_dots: int = 50_000

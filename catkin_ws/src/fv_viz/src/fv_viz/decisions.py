@@ -74,7 +74,7 @@ def chosen_view(header: Header, msg, config: VizConfig) -> list[bytes]:
 def path(
     header: Header, msg, config: VizConfig, robot: RobotShapes | None, positions: dict[str, float]
 ) -> list[bytes]:
-    """The tip's way as a line, and the robot as ghosts from light (start) to dark (goal).
+    """The tip's way as a line, and the robot as ghosts: start and goal in their colours, faint between them.
 
     positions: where the joints that the trajectory does not name stand.
     """
@@ -97,8 +97,8 @@ def ghosts(trajectory, count: int, robot: RobotShapes, positions: dict[str, floa
     shares = np.linspace(0.0, 1.0, count) if count > 1 else np.array([1.0])
     for share in shares:
         at = [np.interp(share * length[-1], length, way[:, k]) for k in range(len(names))]
-        tone = colors.scale("viridis", np.array([0.85 - 0.75 * share]))[0]
-        alpha = 0.55 if share in (0.0, 1.0) else 0.22
+        tone = {0.0: colors.rgb("start"), 1.0: colors.rgb("goal")}.get(float(share), DARK)
+        alpha = 0.6 if share in (0.0, 1.0) else 0.12
         one = {**positions, **dict(zip(names, at, strict=True))}
         out += robot.markers("ghosts", one, tone, alpha, len(out), moved)
     return out

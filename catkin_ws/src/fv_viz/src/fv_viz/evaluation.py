@@ -41,7 +41,9 @@ class EvaluationDrawing:
         )
         self._clusters = voxel("frontier_clusters", layers.labelled(), config)
         self._set_void = voxel("frontier_void/void", layers.labelled(config.void_alpha), config)
-        self._set_frontier = voxel("frontier_void/frontier", layers.labelled(0.6), config)
+        self._set_frontier = voxel(
+            "frontier_void/frontier", layers.labelled(config.beside_void_alpha), config
+        )
         self._utility = voxel(
             "utility", layers.utility_paint(config.utility_scale, steps), config, nested=True
         )
@@ -100,7 +102,7 @@ class EvaluationDrawing:
         return self._ellipsoids(header, "ellipsoids", msg.ellipsoids)
 
     def frontier_voids(self, header: Header, msg, full: bool) -> list[bytes]:
-        """Each void cluster and the frontiers at it in one colour; voids fainter than their frontiers."""
+        """Each void cluster and the frontiers at it in one colour; the frontiers, which may surround it, fainter."""
         set_of_ellipsoid = np.zeros(len(msg.ellipsoids) + 1, dtype=np.uint8)
         set_of_cluster: dict[int, int] = {}
         for number, one in enumerate(msg.frontier_voids):

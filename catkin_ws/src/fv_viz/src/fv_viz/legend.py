@@ -52,11 +52,7 @@ def entries(config: VizConfig) -> dict[str, list[Entry]]:
         "utility": [utility],
         "views": [one("views", "frame")],
         "chosen_view": [one("chosen_view", "frame")],
-        "path": [
-            Entry(
-                "scale", colors.scale("viridis", 0.85 - 0.75 * steps), "robot along the path, start to goal"
-            )
-        ],
+        "path": [one("path", "frame"), one("start"), one("goal")],
         "volume": [one("bounds", "frame"), one("clearance")],
         "contacts": [one("contacts")],
         "removed": [one("removed", "dots")],

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import shlex
 import sys
 import time
 from pathlib import Path
 
 import numpy as np
-from PIL import Image as Picture
 
-from fv_viz.figures import compose, sources
-from fv_viz.figures.catalogue import FIGURES, Material
+from fv_viz.figures import compose, gallery, sources
+from fv_viz.figures.catalogue import CAPTIONS, FIGURES
+from fv_viz.figures.material import Material
 from fv_viz.figures.stage import Stage
 from fv_viz.offscreen.camera import RvizFailed
 
@@ -53,6 +54,7 @@ def main(arguments: list[str] | None = None) -> int:
         options.out.mkdir(parents=True, exist_ok=True)
         with Stage() as stage:
             failed = make_all(Material(stage, options.robot, *_makers(options)), options)
+        gallery.write(options.out)
     except (RuntimeError, OSError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 1
@@ -69,7 +71,7 @@ def make_all(material: Material, options: argparse.Namespace) -> list[str]:
     for done, number in enumerate(options.numbers, 1):
         started = time.monotonic()
         try:
-            words = _make(material, number, options.out)
+            words = _make(material, number, options.out, origin_of(options))
         except (sources.NoData, RvizFailed, ValueError) as error:
             words = f"not made: {error}"
         if words:
@@ -81,16 +83,26 @@ def make_all(material: Material, options: argparse.Namespace) -> list[str]:
     return failed
 
 
-def _make(material: Material, number: str, folder: Path) -> str:
+def _make(material: Material, number: str, folder: Path, origin: str) -> str:
     """Make and check one figure; returns what is wrong with it, empty when nothing is."""
     material.stage.errors.clear()
     figure = FIGURES[number](material)
     if not figure.panels:
         raise sources.NoData("its data hold nothing of what it shows")
-    path = compose.save(figure, number, folder)
-    with Picture.open(path) as picture:
-        wrong = compose.faults(picture, figure.expects)
+    caption, command = CAPTIONS[number], f"scripts/figures --only {number} {origin}".strip()
+    told = [f"Data: {figure.made_by}", f"Command: {command}", f"The thesis: {caption.thesis}"]
+    compose.save(figure, number, folder, [*told, f"What differs: {caption.differs}"])
+    wrong = compose.figure_faults(figure)
     return "; ".join(wrong + [f"RViz: {line}" for line in np.unique(material.stage.errors)])
+
+
+def origin_of(options: argparse.Namespace) -> str:
+    """The arguments that say where the data come from, without those that are as they would be anyway."""
+    standard, words = parse([]), []
+    for name in ("cloud", "world", "robot", "group", "map", "resolution"):
+        if getattr(options, name) != getattr(standard, name):
+            words += [f"--{name}", str(getattr(options, name))]
+    return shlex.join(words)
 
 
 def _makers(options: argparse.Namespace):

@@ -12,6 +12,11 @@ from PIL import ImageDraw
 from fv_viz import colors, legend
 
 PANEL = 640  # [px] width of one panel in a figure
+MOST = 0.9  # share of a picture that no hue may exceed
+# Colours 0..255 of a slice's states: unknown, free, occupied, frontier.
+SLICE = np.array(
+    [[255, 255, 255], [200, 200, 205], [20, 20, 20], 255 * colors.rgb("frontier")], dtype=np.uint8
+)
 
 
 @dataclasses.dataclass
@@ -22,15 +27,16 @@ class Figure:
     shows: str
     made_by: str
     legend: list[legend.Entry] = dataclasses.field(default_factory=list)
-    expects: tuple[str, ...] = ()  # hues that must be there, names of HUES
-    errors: list[str] = dataclasses.field(default_factory=list)  # of RViz's display list
+    expects: dict[str, float] = dataclasses.field(
+        default_factory=dict
+    )  # names of HUES, least share of the panels
 
 
 # name -> hue interval [deg] and least saturation: what "red", "green" ... mean to the check
 HUES = {
     "red": ((340.0, 20.0), 0.4),
     "orange": ((20.0, 52.0), 0.4),
-    "green": ((75.0, 170.0), 0.2),
+    "green": ((52.0, 170.0), 0.2),
     "blue": ((185.0, 250.0), 0.2),
     "purple": ((255.0, 320.0), 0.15),
     "grey": ((0.0, 360.0), 0.0),
@@ -53,16 +59,23 @@ def grid(figure: Figure) -> Picture.Image:
     return legend.framed(sheet, "", [], figure.legend)
 
 
-def save(figure: Figure, number: str, folder: Path) -> Path:
-    """Write the picture and, beside it, what it shows and which command made its data."""
+def save(figure: Figure, number: str, folder: Path, told: list[str]) -> Path:
+    """Write the picture and, beside it, what it shows and more lines that tell about it."""
     path = folder / f"figure_{number.replace('.', '_')}.png"
     grid(figure).save(path)
-    path.with_suffix(".txt").write_text(f"Figure {number}: {figure.shows}\nData: {figure.made_by}\n")
+    path.with_suffix(".txt").write_text("\n".join([f"Figure {number}: {figure.shows}", *told]) + "\n")
     return path
 
 
-def faults(picture: Picture.Image, expects: tuple[str, ...]) -> list[str]:
-    """What is wrong with a picture: blank, or without the hues that it should have (at least 0.05 % of it each)."""
+def figure_faults(figure: Figure) -> list[str]:
+    """What is wrong with a figure: a blank panel, or hues that its panels should have and do not."""
+    blank = [f"panel {label!r} is blank" for label, picture in figure.panels if faults(picture, {})]
+    # Without the legend, whose samples have every hue that should be there.
+    return blank or faults(grid(dataclasses.replace(figure, legend=[])), figure.expects)
+
+
+def faults(picture: Picture.Image, expects: dict[str, float]) -> list[str]:
+    """What is wrong with a picture: blank, too little of a hue that it should have, or nothing but one hue."""
     small = picture.convert("RGB").resize(
         (max(picture.width // 2, 1), max(picture.height // 2, 1)), Picture.NEAREST
     )
@@ -70,7 +83,8 @@ def faults(picture: Picture.Image, expects: tuple[str, ...]) -> list[str]:
     if np.ptp(pixels, axis=0).max() < 0.1 or (np.abs(pixels - pixels[0]).max(axis=1) < 0.02).mean() > 0.998:
         return ["the picture is blank"]
     shares = hue_shares(pixels)
-    return [f"hardly any {name} ({100 * shares[name]:.3f} %)" for name in expects if shares[name] < 5e-4]
+    wrong = [f"{100 * shares[name]:.2f} % {name}" for name, least in expects.items() if shares[name] < least]
+    return wrong + [f"{100 * share:.0f} % {name}" for name, share in shares.items() if share > MOST]
 
 
 def hue_shares(pixels: np.ndarray) -> dict[str, float]:
@@ -95,10 +109,7 @@ def hue_shares(pixels: np.ndarray) -> dict[str, float]:
 
 def slice_picture(states: np.ndarray, cell_px: int = 12) -> Picture.Image:
     """A map's slice (X, Y) of 0 unknown, 1 free, 2 occupied, 3 frontier, as in thesis figure 2.2; x to the right."""
-    table = np.array(
-        [[255, 255, 255], [200, 200, 205], [20, 20, 20], 255 * colors.rgb("frontier")], dtype=np.uint8
-    )
-    picture = Picture.fromarray(table[states.T[::-1]])
+    picture = Picture.fromarray(SLICE[states.T[::-1]])
     picture = picture.resize((picture.width * cell_px, picture.height * cell_px), Picture.NEAREST)
     pen = ImageDraw.Draw(picture)
     for k in range(0, picture.width, cell_px):

@@ -40,6 +40,17 @@ def bring_robot(stage: Stage, robot: str) -> dict[str, float]:
     return everything
 
 
+def link_places(robot: str, positions: dict[str, float]) -> dict[str, np.ndarray]:
+    """Where the frames of all links are (3,) [m], in the world."""
+    poses = RobotShapes(rospy.get_param("/robot_description")).link_poses(positions)
+    return {name: T[:3, 3] + np.array([0.0, 0.0, base_height(robot)]) for name, T in poses.items()}
+
+
+def camera_frame() -> str:
+    """Optical frame of the robot's first sensor."""
+    return next(iter(rospy.get_param("/sensors").values()))["optical_frame"]
+
+
 def base_height(robot: str) -> float:
     """Height of the base link over the floor [m]."""
     from hubo_description import load_robot
@@ -47,10 +58,10 @@ def base_height(robot: str) -> float:
     return float(getattr(load_robot(robot).config, "base_height_m", 0.0) or 0.0)
 
 
-def in_world(robot: str, frame: str, positions: dict[str, float], point) -> np.ndarray:
-    """A point (3,) of one of the robot's frames, in the world."""
+def in_world(robot: str, frame: str, positions: dict[str, float], points) -> np.ndarray:
+    """Points (N, 3) of one of the robot's frames, in the world."""
     T = RobotShapes(rospy.get_param("/robot_description")).link_poses(positions)[frame]
-    return T[:3, :3] @ np.asarray(point, dtype=float) + T[:3, 3] + np.array([0.0, 0.0, base_height(robot)])
+    return np.asarray(points, dtype=float) @ T[:3, :3].T + T[:3, 3] + np.array([0.0, 0.0, base_height(robot)])
 
 
 def planned_path(stage: Stage, robot: str, positions: dict[str, float]) -> tuple[PlannedPath, str]:
@@ -79,8 +90,7 @@ def planned_path(stage: Stage, robot: str, positions: dict[str, float]) -> tuple
 def _tips(trajectory, positions: dict[str, float]) -> list[Pose]:
     """The camera's way along a trajectory, in the root link's frame."""
     model = RobotShapes(rospy.get_param("/robot_description"))
-    frame = next(iter(rospy.get_param("/sensors").values()))["optical_frame"]
-    names = trajectory.joint_names
+    frame, names = camera_frame(), trajectory.joint_names
     states = [{**positions, **dict(zip(names, p.positions, strict=True))} for p in trajectory.points[::5]]
     return [pose_message(model.link_poses(state)[frame]) for state in states]
 

@@ -6,11 +6,17 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from fv_msgs.msg import Box, Evaluation, ExplorationVolume
 from geometry_msgs.msg import Point
 from std_msgs.msg import Header
+
+from fv_viz import colors
+
+if TYPE_CHECKING:
+    from capability_map import CapabilityMap
 
 FRAME = Header(frame_id="world")
 WAIST_DEG = (0.0, 30.0, -30.0, 60.0, -60.0)  # turns of the waist about the start pose, one scan each
@@ -30,7 +36,7 @@ class Scans:
     """Clouds and what they are worth.
 
     first, several: evaluations after the first scan and after all; cloud (N, 3) [m] and its colours (N, 3) of the
-    first scan, map frame; bounds (2, 3) [m]; made_by: how the data were made, one line.
+    first scan, map frame; bounds (2, 3) [m]; count: of scans; made_by: how the data were made, one line.
     """
 
     first: Evaluation
@@ -38,6 +44,7 @@ class Scans:
     cloud: np.ndarray
     cloud_colors: np.ndarray
     bounds: np.ndarray
+    count: int
     made_by: str
 
     def volume(self) -> ExplorationVolume:
@@ -65,7 +72,9 @@ def simulated(world: str, robot: str, resolution: float, seed: int = 1) -> Scans
     finally:
         simulator.close()
     bounds = np.array([place.bounds.min_m, place.bounds.max_m])
-    made_by = f"hubo_sim world {world}, robot {robot}, seed {seed}, voxels of {100 * resolution:g} cm"
+    made_by = (
+        f"hubo_sim world {world}, robot {robot}, seed {seed}, {len(WAIST_DEG)} scans with the waist turned"
+    )
     clouds = [(points, T) for points, T, _ in shots]
     return _evaluated(clouds, shots[0][2], bounds, resolution, made_by)
 
@@ -112,10 +121,11 @@ def _shot(simulator, number: int, turn: float) -> tuple[np.ndarray, np.ndarray, 
     camera = next(iter(simulator.cameras.values()))
     scan = camera.scan(simulator.scene, number)
     points = camera.points(scan.depth).reshape(-1, 3)
-    return points, camera.pose(), scan.rgb.reshape(-1, 3) / 255.0
+    return points, camera.pose(), scan.rgba.reshape(-1, 4)[:, :3] / 255.0
 
 
-def _evaluated(clouds, colors, bounds: np.ndarray, resolution: float, made_by: str) -> Scans:
+def _evaluated(clouds, seen, bounds: np.ndarray, resolution: float, made_by: str) -> Scans:
+    """Clouds, points (N, 3) and camera poses, put into a map; seen: colours (N, 3) of the first cloud or None."""
     try:
         from fv_exploration import _core
     except ImportError as error:
@@ -131,9 +141,9 @@ def _evaluated(clouds, colors, bounds: np.ndarray, resolution: float, made_by: s
         messages.append(_message(grid, evaluator))
     points, T = clouds[0]
     finite = np.isfinite(points).all(axis=1)
-    tones = np.full((len(points), 3), 0.3) if colors is None else colors
+    tones = np.full((len(points), 3), 0.3) if seen is None else seen
     placed = points[finite] @ T[:3, :3].T + T[:3, 3]
-    return Scans(messages[0], messages[-1], placed, tones[finite], bounds, made_by)
+    return Scans(messages[0], messages[-1], placed, tones[finite], bounds, len(clouds), made_by)
 
 
 def _message(grid, evaluator) -> Evaluation:
@@ -145,45 +155,56 @@ def _message(grid, evaluator) -> Evaluation:
     return msg
 
 
+INDEX_SCALE = (
+    "green_red"  # of the reachability index: red is reachable from everywhere, as in the thesis (3.3)
+)
+KINDS = {1: "cone", 2: "double cone", 3: "ring"}  # as capability_map numbers them; 0: no valid point
+
+
 @dataclasses.dataclass
 class Spheres:
-    """A capability map: centers (S, 3) [m] in base_frame, valid (S, N), directions (N, 3), radius [m].
+    """A loaded capability map and how it was made."""
 
-    The structure of each sphere: kinds (S,) of KINDS, axes (S, 3), openings (S,) [rad], errors (S,) [%]; empty
-    arrays for a map without.
-    """
-
-    centers: np.ndarray
-    valid: np.ndarray
-    directions: np.ndarray
-    radius: float
-    base_frame: str
-    shoulder: np.ndarray
+    cap: CapabilityMap
     made_by: str
-    kinds: np.ndarray
-    axes: np.ndarray
-    openings: np.ndarray
-    errors: np.ndarray
 
+    @property
+    def shoulder(self) -> np.ndarray:
+        """Where the arm begins (3,) [m], in the map's base frame."""
+        return self.cap.data.reach_center_m
 
-FITTED = ("type", "axis", "opening_rad", "error_percent")  # what capability_map stores of each sphere
-KINDS = ("empty", "cone", "double cone", "ring")
+    def colors(self) -> np.ndarray:
+        """Colours (S, 3) of all spheres by their reachability index."""
+        return colors.scale(INDEX_SCALE, self.cap.index() / 100.0)
+
+    def fitted(self, what: str) -> np.ndarray:
+        """What was fitted to each sphere (S, ...): type, axis, opening_rad or error_percent.
+
+        Raises NoData for a map without.
+        """
+        name = f"least_error_{what}"
+        if name not in self.cap.data.shapes:
+            raise NoData("the capability map has no structures; build it again")
+        return np.asarray(self.cap.data.shapes[name])
 
 
 def capability(path: Path) -> Spheres:
-    """Read a capability map; raises NoData when there is none."""
+    """Read a capability map; raises NoData when there is none that can be used."""
     try:
-        from capability_map import CapabilityMap
+        from capability_map import CapabilityMap, CapabilityMapError
     except ImportError as error:
         raise NoData(f"the capability map's package is not there ({error})") from error
     if not path.is_file():
         raise NoData(f"no capability map {path}; rosrun capability_map build makes it")
-    loaded = CapabilityMap.load(path)
+    try:
+        loaded = CapabilityMap.load(path)
+    except (CapabilityMapError, OSError, ValueError) as error:
+        raise NoData(f"{error}; rosrun capability_map build makes it anew") from error
     data = loaded.data
-    made_by = f"rosrun capability_map build --robot {data.robot} --group {data.group} (spheres of {data.radius_m:g} m)"
-    fitted = [np.asarray(data.shapes.get(f"least_error_{name}", ())) for name in FITTED]
-    sphere = (np.asarray(loaded.centres), loaded.valid, loaded.directions, loaded.radius)
-    return Spheres(*sphere, loaded.base_frame, data.reach_center_m, made_by, *fitted)
+    made_by = (
+        f"rosrun capability_map build --robot {data.robot} --group {data.group}, radius {data.radius_m:.4f} m"
+    )
+    return Spheres(loaded, made_by)
 
 
 def default_capability_path(robot: str, group: str) -> Path:

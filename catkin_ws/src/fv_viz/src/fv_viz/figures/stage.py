@@ -22,6 +22,8 @@ from fv_viz.offscreen.camera import Camera
 from fv_viz.session import Session
 
 FRAME = Header(frame_id="world")
+# Of the marker node: solid frontiers and a visible skin of free space on paper, every void voxel, and the roof too.
+SETTINGS = {"frontier_alpha": 1.0, "free_alpha": 0.45, "max_dots": 200_000, "ghosts": 6, "roof_m": 0.0}
 
 
 class Stage:
@@ -48,6 +50,11 @@ class Stage:
             self._camera.close()
         self._session.__exit__()
         self._folder.cleanup()
+
+    @property
+    def aspect(self) -> float:
+        """Width over height of its pictures."""
+        return self._size[0] / self._size[1]
 
     def run(self, package: str, program: str, *arguments: str) -> subprocess.Popen:
         """Start a node of this stage."""
@@ -108,7 +115,7 @@ class Stage:
         self._session.__enter__()
         rospy.init_node("figures", anonymous=True, disable_signals=True)
         rviz = Path(rospkg.RosPack().get_path("fv_viz")) / "rviz" / "figures.rviz"
-        self._session.rosrun("fv_viz", "viz_node", "_frontier_alpha:=1.0", "_max_dots:=200000", "_ghosts:=6")
+        self._session.rosrun("fv_viz", "viz_node", *(f"_{name}:={value}" for name, value in SETTINGS.items()))
         self._subscriber = rospy.Subscriber("/fv_viz/drawn", UInt64, self._on_drawn, queue_size=1)
         width, height = self._size
         self._camera = Camera(ScreenshotConfig(config=str(rviz), width=width, height=height))

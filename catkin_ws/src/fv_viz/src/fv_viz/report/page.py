@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
-import base64
 import html
-import io
 import json
 from collections.abc import Iterable
 from importlib import resources
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-from PIL import Image as Picture
 
-from fv_viz.report import charts
+from fv_viz.report import charts, media
 from fv_viz.report.run_data import TIMES, RunData
 from fv_viz.report.scene import scene
 
-MAX_PICTURES_BYTES = 8_000_000  # of all pictures of a report together, before base64
-ENLARGE = """
-const large = document.getElementById("large");
-for (const image of document.querySelectorAll(".strip img")) {
-  image.addEventListener("click", () => { large.firstElementChild.src = image.src; large.showModal(); });
+# What the comparison with the true scene found, in words; other keys are shown as they are.
+TRUTH = {
+    "free_in_solid_share": "free voxels deeper than a voxel inside solids",
+    "occupied_far_share": "occupied voxels away from any surface",
+    "explored_share": "explored of what the camera can observe at all",
+    "observable_samples": "views tried to find what can be observed",
+    "observable_settled": "more of them would have found no more",
 }
-large.addEventListener("click", () => large.close());
+OPEN_ALL = """
+const closed = () => document.querySelectorAll("details:not([open])");
+addEventListener("beforeprint", () => closed().forEach((one) => { one.open = one.dataset.printed = true; }));
+addEventListener("afterprint", () => document.querySelectorAll("[data-printed]").forEach((one) => {
+  one.open = false; delete one.dataset.printed; }));
 """
 RESULTS = {
     "COMPLETE": "ended by itself: nothing worth seeing is left within reach",
@@ -42,12 +44,14 @@ def report(data: RunData) -> str:
         f'<p class="lead">{_text(outcome(data))}</p>',
         _missing(data),
         _tiles(data),
-        _pictures(data),
+        media.scene(data),
+        media.strip(data),
         _scene(data),
         _charts(data),
         _views_table(data),
         _statistics(data),
         _details(data),
+        f"<script>{OPEN_ALL}</script>",
     ]
     return page(f"Exploration: {data.name}", parts)
 
@@ -84,7 +88,8 @@ def table(rows: Iterable[Iterable[Any]], header: Iterable[str] = ()) -> str:
     """An HTML table; numbers are set right."""
     head = "".join(f'<th class="number">{_text(name)}</th>' for name in header)
     body = "".join("<tr>" + "".join(_cell(value) for value in row) + "</tr>" for row in rows)
-    return f'<div class="scroll"><table>{"<tr>" + head + "</tr>" if head else ""}{body}</table></div>'
+    head = f"<thead><tr>{head}</tr></thead>" if head else ""
+    return f'<div class="scroll"><table>{head}{body}</table></div>'
 
 
 def figure(title: str, content: str) -> str:
@@ -139,38 +144,6 @@ def _duration(seconds: float) -> str:
     return f"{seconds:.0f} s" if seconds < 120 else f"{int(seconds // 60)} min {int(seconds % 60)} s"
 
 
-def _pictures(data: RunData) -> str:
-    if not data.pictures:
-        return ""
-    budget, items = MAX_PICTURES_BYTES // len(data.pictures), []
-    for path in data.pictures:
-        try:
-            source = _embedded(path, budget)
-        except OSError:
-            items.append(f"<figure><figcaption>{_text(path.name)} cannot be read</figcaption></figure>")
-            continue
-        name = _text(path.stem.replace("_", " "))
-        items.append(
-            f'<figure><img src="{source}" alt="{name}" loading="lazy"><figcaption>{name}</figcaption></figure>'
-        )
-    dialog = f'<dialog id="large"><img alt="enlarged picture"></dialog><script>{ENLARGE}</script>'
-    return f'<h2>From view to view</h2><div class="strip">{"".join(items)}</div>{dialog}'
-
-
-def _embedded(path: Path, budget: int) -> str:
-    """A picture as a JPEG data URI of at most about `budget` bytes."""
-    with Picture.open(path) as picture:
-        picture = picture.convert("RGB")
-    for width, quality in ((1280, 85), (1100, 75), (900, 65), (640, 55), (400, 45)):
-        small = picture.copy()
-        small.thumbnail((width, width))
-        stream = io.BytesIO()
-        small.save(stream, "JPEG", quality=quality)
-        if stream.tell() <= budget:
-            break
-    return f"data:image/jpeg;base64,{base64.b64encode(stream.getvalue()).decode()}"
-
-
 def _scene(data: RunData) -> str:
     content = scene(data)
     if content is None:
@@ -178,16 +151,19 @@ def _scene(data: RunData) -> str:
     script = resources.files(__package__).joinpath("scene3d.js").read_text()
     packed = json.dumps(content, separators=(",", ":")).replace("</", "<\\/")
     last = int(data.since["view"].max()) if data.since and data.since["view"].size else 0
-    slider = (
-        f'<label class="noprint">The map <input id="scene-slider" type="range" min="0" max="{last}" value="{last}"> '
-        f'<span id="scene-slider-text">after view {last}</span></label>'
-        if last > 0
-        else ""
+    sliders = (
+        '<label>cut off above <input id="scene-cut" type="range"> <span id="scene-cut-text"></span></label>'
     )
+    if last > 0:
+        sliders += (
+            f'<label>the map <input id="scene-slider" type="range" min="0" max="{last}" value="{last}"> '
+            f'<span id="scene-slider-text">after view {last}</span></label>'
+        )
     return (
         '<h2>The map in 3D</h2><p class="soft noprint" id="scene-note">Drag to turn, wheel to zoom, '
         "shift and drag to move, double click to start again.</p>"
-        f'<canvas id="scene"></canvas><div id="scene-controls"></div>{slider}'
+        '<canvas id="scene"></canvas><div id="scene-controls" class="keys"></div>'
+        f'<div class="keys noprint">{sliders}</div>'
         f'<script type="application/json" id="scene-data">{packed}</script><script>{script}</script>'
     )
 
@@ -223,8 +199,15 @@ def _views_table(data: RunData) -> str:
     if not data.columns:
         return ""
     names = [name for name, values in data.columns.items() if np.isfinite(values).any()]
-    rows = zip(*(data.columns[name].tolist() for name in names), strict=True)
-    return f"<h2>Every view</h2><details open><summary>metrics.csv</summary>{table(rows, names)}</details>"
+    columns = [[_short(value) for value in data.columns[name].tolist()] for name in names]
+    rows = zip(*columns, strict=True)
+    words = [name.replace("_", " ") for name in names]
+    return f'<h2>Every view</h2><div class="dense">{table(rows, words)}</div>'
+
+
+def _short(value: float) -> float:
+    """Three digits are enough where columns are many."""
+    return value if value != value or value.is_integer() else float(f"{value:.3g}")
 
 
 def _statistics(data: RunData) -> str:
@@ -239,7 +222,9 @@ def _statistics(data: RunData) -> str:
         rows.append(["exploration volume", f"{run['bounds_min']} to {run['bounds_max']} m", ""])
     truth = run.get("truth")
     for name, value in truth.items() if isinstance(truth, dict) else ():
-        rows.append([f"against the true scene: {name.replace('_', ' ')}", _share(value), ""])
+        if name not in data.points:  # its counts of voxels are those above
+            words = TRUTH.get(name, name.replace("_", " "))
+            rows.append([f"against the true scene: {words}", _share(value), ""])
     return f"<h2>The map in numbers</h2>{table(rows)}" if rows else ""
 
 

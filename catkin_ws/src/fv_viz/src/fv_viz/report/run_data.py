@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 TIMES = ("scan", "integrate", "evaluate", "choose", "plan", "move", "screenshot")
+SCENE = (".mp4", ".webm", ".gif", ".png", ".jpg")
 CLASSES = ("occupied", "free", "frontier", "void")
 
 
@@ -21,7 +22,8 @@ class RunData:
 
     run: run.json; columns: metrics.csv, name -> (N,) with NaN for empty cells; points: class -> (K, 3) [m];
     since: view at which each voxel became known, with `first_key` (3,) and `view` (X, Y, Z); poses: T_map_camera
-    (V, 4, 4) of the executed views; pictures in order; missing: one line for each thing that is not there.
+    (V, 4, 4) of the executed views; pictures in order; scene: picture and video of the simulated world; missing: one
+    line for each thing that is not there.
     """
 
     folder: Path
@@ -32,6 +34,7 @@ class RunData:
     since: dict[str, np.ndarray] = dataclasses.field(default_factory=dict)
     poses: np.ndarray = dataclasses.field(default_factory=lambda: np.empty((0, 4, 4)))
     pictures: list[Path] = dataclasses.field(default_factory=list)
+    scene: list[Path] = dataclasses.field(default_factory=list)
     missing: list[str] = dataclasses.field(default_factory=list)
 
     @property
@@ -82,7 +85,7 @@ def load(folder: Path) -> RunData:
     )
     if not data.pictures:
         data.missing.append("no pictures in screenshots/")
-    data.pictures[:0] = sorted(folder.glob("scene.png"))  # the true scene first
+    data.scene = sorted(path for path in folder.glob("scene.*") if path.suffix in SCENE)
     if len(data.missing) == len(readers) + 1:
         raise FileNotFoundError(f"{folder} holds nothing of a run: {'; '.join(data.missing)}")
     return data

@@ -11,7 +11,7 @@ from fv_viz import colors, shapes
 from fv_viz.report.run_data import RunData
 from fv_viz.voxels import VoxelBlocks
 
-MAX_FACES = 400_000  # of one class: 4 MB of text
+MAX_FACES = 100_000  # of one class, 1.3 MB of text; what has more is drawn in larger voxels
 _LAST = 254  # grid values count down from here: known early is high, so that later voxels do not hide earlier faces
 
 # class -> (opacity, shown at first)
@@ -42,7 +42,7 @@ def _layer(data: RunData, name: str) -> dict[str, Any]:
         _known_since(data, points) if name in ("occupied", "free") else np.full(len(points), _LAST, np.uint8)
     )
     plain = name in colors.CLASSES  # else coloured by height
-    faces = encoded_faces(points, data.resolution, values, upright=plain)
+    size, faces = _few_faces(points, data.resolution, values, plain)
     alpha, shown = LOOKS[name]
     return {
         "name": name,
@@ -50,9 +50,25 @@ def _layer(data: RunData, name: str) -> dict[str, Any]:
         "rgb": np.round(colors.rgb(name) * 255).astype(int).tolist() if plain else None,
         "alpha": alpha,
         "shown": shown,
-        "drawn": len(faces) <= MAX_FACES,
-        "faces": base64.b64encode(faces[:MAX_FACES].tobytes()).decode(),
+        "size": size,
+        "faces": base64.b64encode(faces.tobytes()).decode(),
     }
+
+
+def _few_faces(
+    points: np.ndarray, resolution: float, values: np.ndarray, upright: bool
+) -> tuple[float, np.ndarray]:
+    """Edge of a voxel [m] and faces; voxels are joined to larger ones, early before late, until they are few enough."""
+    size = resolution
+    while True:
+        faces = encoded_faces(points, size, values, upright)
+        if len(faces) <= MAX_FACES:
+            return size, faces
+        size *= 2.0
+        order = np.argsort(
+            values, kind="stable"
+        )  # of voxels in one place the last counts: that of the highest value
+        points, values = (np.floor(points[order] / size) + 0.5) * size, values[order]
 
 
 FACE = np.dtype([("cell", "<i2", 3), ("direction", "u1"), ("length", "u1"), ("since", "u1"), ("width", "u1")])

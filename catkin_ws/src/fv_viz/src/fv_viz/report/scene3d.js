@@ -14,9 +14,10 @@
   const CORNERS = [[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]];
   const middle = data.low.map((low, k) => (low + data.high[k]) / 2);
   const size = Math.hypot(...data.high.map((high, k) => high - data.low[k]));
-  const home = { yaw: -2.4, pitch: 0.5, distance: 1.05 * size, focus: [...middle] };
+  const home = { yaw: -2.4, pitch: 0.8, distance: 0.9 * size, focus: [...middle] };
   const camera = { ...home, focus: [...home.focus] };
   let lastView = 255;
+  let top = data.high[2];
 
   function program(vertex, fragment) {
     const out = gl.createProgram();
@@ -31,12 +32,15 @@
     return out;
   }
   const shader = program(
-    `in vec3 place; in vec4 tint; in float since; uniform mat4 look; uniform float last; out vec4 color;
-     void main() { gl_Position = since > last ? vec4(2.0, 2.0, 2.0, 1.0) : look * vec4(place, 1.0); color = tint; }`,
-    `in vec4 color; out vec4 pixel; void main() { pixel = color; }`);
+    `in vec3 place; in vec4 tint; in float since; uniform mat4 look; uniform float last; out vec4 color; out float height;
+     void main() { gl_Position = since > last ? vec4(2.0, 2.0, 2.0, 1.0) : look * vec4(place, 1.0);
+       color = tint; height = place.z; }`,
+    `in vec4 color; in float height; uniform float top; out vec4 pixel;
+     void main() { if (height > top) discard; pixel = color; }`);
   const where = Object.fromEntries(["place", "tint", "since"].map((name) => [name, gl.getAttribLocation(shader, name)]));
   const look = gl.getUniformLocation(shader, "look");
   const last = gl.getUniformLocation(shader, "last");
+  const cut = gl.getUniformLocation(shader, "top");
 
   function upload(mode, places, tints, sinces, alpha) {
     const array = gl.createVertexArray();
@@ -59,18 +63,18 @@
   function faces(layer) {
     const bytes = Uint8Array.from(atob(layer.faces), (letter) => letter.charCodeAt(0));
     const view = new DataView(bytes.buffer);
-    const count = bytes.length / 10;
+    const count = bytes.length / 10, size = layer.size;
     const places = new Float32Array(count * 18), tints = new Uint8Array(count * 24), sinces = new Uint8Array(count * 6);
     for (let face = 0; face < count; face++) {
       const cell = [0, 1, 2].map((k) => view.getInt16(face * 10 + 2 * k, true));
       const [axis, , along, shade] = DIRECTIONS[bytes[face * 10 + 6]];
       const other = 3 - axis - along;
-      const color = layer.rgb || heightColor((cell[2] + 0.5) * data.resolution);
+      const color = layer.rgb || heightColor((cell[2] + 0.5) * size);
       for (let corner = 0; corner < 6; corner++) {
         const at = [...cell];
         at[along] += CORNERS[corner][0] * bytes[face * 10 + 7];
         at[other] += CORNERS[corner][1] * bytes[face * 10 + 9];
-        for (let k = 0; k < 3; k++) places[face * 18 + corner * 3 + k] = at[k] * data.resolution;
+        for (let k = 0; k < 3; k++) places[face * 18 + corner * 3 + k] = at[k] * size;
         for (let k = 0; k < 3; k++) tints[face * 24 + corner * 4 + k] = color[k] * shade;
         tints[face * 24 + corner * 4 + 3] = 255 * layer.alpha;
         sinces[face * 6 + corner] = bytes[face * 10 + 8];
@@ -98,7 +102,8 @@
   for (const layer of data.layers) {
     const item = faces(layer);
     item.shown = layer.shown;
-    items.push([`${layer.name} (${layer.count.toLocaleString("en")})` + (layer.drawn ? "" : ", in part"), item]);
+    const coarse = layer.size > 1.5 * data.resolution ? `, drawn in cubes of ${Math.round(100 * layer.size)} cm` : "";
+    items.push([`${layer.name} (${layer.count.toLocaleString("en")}${coarse})`, item]);
   }
   if (data.views.length) {
     items.push(["executed views", segments(data.views.flatMap((v) => EDGES.map((k) => v[k])), [200, 0, 120],
@@ -136,12 +141,14 @@
       clear ? gl.enable(gl.BLEND) : gl.disable(gl.BLEND);
       for (const [, item] of items) {
         if (!item.shown || (item.alpha < 1) !== clear) continue;
+        gl.uniform1f(cut, item.mode === gl.TRIANGLES ? top : Infinity);
         gl.bindVertexArray(item.array);
         gl.drawArrays(item.mode, 0, item.count);
       }
     }
     gl.depthMask(true);
     canvas.dataset.drawn = "yes";
+    canvas.dataset.milliseconds ||= Math.round(performance.now());
   }
   let due = false;
   function redraw() {
@@ -165,6 +172,20 @@
       document.getElementById("scene-slider-text").textContent = `after view ${slider.value}`;
       redraw();
     });
+  }
+
+  function cutting() {
+    const slider = document.getElementById("scene-cut"), words = document.getElementById("scene-cut-text");
+    const step = data.resolution, open = data.high[2] - 2 * step;  // without a roof one looks into rooms
+    Object.assign(slider, { min: data.low[2], max: data.high[2], step });
+    slider.value = open;
+    const change = () => {
+      top = Number(slider.value) + 0.01 * step;
+      words.textContent = `${Number(slider.value).toFixed(2)} m`;
+      redraw();
+    };
+    slider.addEventListener("input", change);
+    change();
   }
 
   function pointer() {
@@ -203,6 +224,7 @@
   }
 
   controls();
+  cutting();
   pointer();
   window.addEventListener("resize", redraw);
   window.addEventListener("beforeprint", draw);
