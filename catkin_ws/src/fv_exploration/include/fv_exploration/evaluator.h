@@ -83,6 +83,9 @@ class Evaluator {
  private:
   struct TileChange;
   struct TileMasks;
+  struct TileClasses {
+    TileMask unknown{}, free{};
+  };
   struct Group {
     VoidGraph graph;
     std::vector<int> merged_into;  // nodes of the tiles one after the other
@@ -95,6 +98,7 @@ class Evaluator {
   void updateHull(std::vector<uint8_t>& stale);
   void takeHull(HullRows next, std::vector<uint8_t>& stale);
   void refreshTiles(const std::vector<uint8_t>& stale);
+  void readMasks(int tile, TileMasks& masks) const;
   void refreshTile(int tile, const TileMasks& masks);
   void writeFlags(int tile, const TileMasks& masks);
   void relink();
@@ -119,6 +123,7 @@ class Evaluator {
   bool hull_shrinks_ = false;           // it must be made anew
   std::vector<Voxel> hull_grows_;       // voxels that became occupied outside of it
   std::vector<uint64_t> hull_corners_;  // voxelIds, ascending
+  std::vector<TileClasses> classes_;    // by tile; as the flags, but near each other in memory
   std::vector<std::unique_ptr<Tile>> tiles_;
   std::array<int, 27> step_to_{};  // of tile indices, by direction
   int64_t frontier_voxels_ = 0, void_voxels_ = 0;

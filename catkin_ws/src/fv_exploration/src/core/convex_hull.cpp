@@ -83,15 +83,25 @@ class QhullRun {
   bool ok_;
 };
 
-int64_t cross2(const Voxel& a, const Voxel& b, int64_t y, int64_t z) {
-  return int64_t{b.y() - a.y()} * (z - a.z()) - int64_t{b.z() - a.z()} * (y - a.y());
-}
-
 int64_t floorDivide(int64_t a, int64_t b) {  // b > 0
   return a >= 0 ? a / b : -((-a + b - 1) / b);
 }
 
-/// Call visit(row, y, z) for each row in a triangle's shadow on the y-z plane, its edges included.
+/// Narrow [first, last] to the y for which p lies on the inner side of the edge from a to b, at a given z.
+void clipByEdge(const Voxel& a, const Voxel& b, int64_t side, int64_t z, int64_t& first, int64_t& last) {
+  // side * ((b.y - a.y) (z - a.z) - (b.z - a.z) (y - a.y)) >= 0
+  const int64_t slope = -side * (b.z() - a.z());
+  const int64_t offset = side * (int64_t{b.y() - a.y()} * (z - a.z())) - slope * a.y();
+  if (slope > 0)
+    first = std::max(first, -floorDivide(offset, slope));
+  else if (slope < 0)
+    last = std::min(last, floorDivide(offset, -slope));
+  else if (offset < 0)
+    last = first - 1;
+}
+
+/// Call visit(first row, rows, y, z) for each line of a triangle's shadow on the y-z plane, its edges
+/// included.
 template <class Visit>
 void forShadow(const HullRows& hull, const HullTriangle& triangle, const Visit& visit) {
   const Voxel& a = hull.vertices[triangle.corners[0]];
@@ -100,22 +110,39 @@ void forShadow(const HullRows& hull, const HullTriangle& triangle, const Visit& 
   if (triangle.normal.x() == 0) return;
   const Voxel low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
   const int64_t side = triangle.normal.x() > 0 ? 1 : -1;  // sense of the shadow
-  for (int z = low.z(); z <= high.z(); ++z)
-    for (int y = low.y(); y <= high.y(); ++y)
-      if (side * cross2(a, b, y, z) >= 0 && side * cross2(b, c, y, z) >= 0 && side * cross2(c, a, y, z) >= 0)
-        visit(hull.row(y, z), y, z);
+  for (int z = low.z(); z <= high.z(); ++z) {
+    int64_t first = low.y(), last = high.y();
+    clipByEdge(a, b, side, z, first, last);
+    clipByEdge(b, c, side, z, first, last);
+    clipByEdge(c, a, side, z, first, last);
+    if (first <= last)
+      visit(hull.row(static_cast<int>(first), z), static_cast<int>(last - first + 1), first, z);
+  }
 }
 
 /// Cut the rows below a triangle's shadow by its plane.
 void cutRows(HullRows& hull, const HullTriangle& triangle) {
   const Voxel& a = hull.vertices[triangle.corners[0]];
   const Vector3l n = triangle.normal;
-  forShadow(hull, triangle, [&](std::size_t row, int y, int z) {
-    const int64_t rest = -(n.y() * (y - a.y()) + n.z() * (z - a.z()));  // n.x (x - a.x) <= rest
-    if (n.x() > 0)
-      hull.high[row] = std::min<int64_t>(hull.high[row], a.x() + floorDivide(rest, n.x()));
-    else
-      hull.low[row] = std::max<int64_t>(hull.low[row], a.x() - floorDivide(rest, -n.x()));
+  const int64_t divisor = std::abs(n.x());
+  forShadow(hull, triangle, [&](std::size_t row, int count, int64_t y, int64_t z) {
+    // |n.x| times the distance from a along x, which must not be above `rest`; as quotient and remainder from
+    // y to y
+    const int64_t rest = -(n.y() * (y - a.y()) + n.z() * (z - a.z()));
+    const int64_t step = floorDivide(-n.y(), divisor), step_rest = -n.y() - step * divisor;
+    int64_t reach = floorDivide(rest, divisor), left = rest - reach * divisor;
+    for (int i = 0; i < count; ++i) {
+      if (n.x() > 0)
+        hull.high[row + i] = std::min<int64_t>(hull.high[row + i], a.x() + reach);
+      else
+        hull.low[row + i] = std::max<int64_t>(hull.low[row + i], a.x() - reach);
+      reach += step;
+      left += step_rest;
+      if (left >= divisor) {
+        left -= divisor;
+        ++reach;
+      }
+    }
   });
 }
 
@@ -149,6 +176,23 @@ void layerCorners(const GridFrame& frame, const RowExtremes& rows, int z, std::v
   out.insert(out.end(), chain[0].begin(), chain[0].end());
   for (const Voxel& p : chain[1])  // a row of one voxel may be in both
     if (std::find(chain[0].begin(), chain[0].end(), p) == chain[0].end()) out.push_back(p);
+}
+
+/// The corners of the convex polygon around the voxels of each layer.
+std::vector<Voxel> layeredCorners(const GridFrame& frame, const std::vector<Voxel>& voxels) {
+  HullRows rows(frame);
+  std::vector<uint8_t> layers(frame.dims().z(), 0);
+  for (const Voxel& v : voxels) {
+    const std::size_t row = rows.row(v.y(), v.z());
+    rows.low[row] = std::min(rows.low[row], v.x());
+    rows.high[row] = std::max(rows.high[row], v.x());
+    layers[v.z() - frame.origin.z()] = 1;
+  }
+  const RowExtremes extremes{std::move(rows.low), std::move(rows.high)};
+  std::vector<Voxel> out;
+  for (int z = 0; z < frame.dims().z(); ++z)
+    if (layers[z]) layerCorners(frame, extremes, z, out);
+  return out;
 }
 
 }  // namespace
@@ -195,7 +239,7 @@ HullRows hullOfRows(const GridFrame& frame, const RowExtremes& rows) {
 
 HullRows grownHull(const HullRows& hull, const std::vector<Voxel>& added) {
   HullRows next = hull;
-  next.vertices = added;
+  next.vertices = layeredCorners(hull.frame, added);
   std::vector<std::array<uint64_t, 3>> kept;
   for (const HullTriangle& triangle : hull.triangles) {
     kept.push_back(triangleId(hull, triangle));
@@ -210,9 +254,11 @@ HullRows grownHull(const HullRows& hull, const std::vector<Voxel>& added) {
   for (const HullTriangle& triangle : next.triangles)
     if (!std::binary_search(kept.begin(), kept.end(), triangleId(next, triangle))) fresh.push_back(triangle);
   for (const HullTriangle& triangle : fresh)  // what old triangles say of these rows no longer holds
-    forShadow(next, triangle, [&](std::size_t row, int, int) {
-      (triangle.normal.x() > 0 ? next.high[row] : next.low[row]) =
-          triangle.normal.x() > 0 ? INT_MAX : INT_MIN;
+    forShadow(next, triangle, [&](std::size_t row, int count, int64_t, int64_t) {
+      if (triangle.normal.x() > 0)
+        std::fill_n(next.high.begin() + row, count, INT_MAX);
+      else
+        std::fill_n(next.low.begin() + row, count, INT_MIN);
     });
   for (const HullTriangle& triangle : fresh) cutRows(next, triangle);
   return next;

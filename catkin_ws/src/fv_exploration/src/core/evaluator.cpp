@@ -8,6 +8,7 @@
 
 #include "fv_exploration/parallel.h"
 #include "marked_tiles.h"
+#include "row_classes.h"
 
 namespace fv {
 
@@ -64,6 +65,13 @@ void Evaluator::reset() {
   tiles_.resize(count);
   frontier_voxels_ = void_voxels_ = 0;
   for (int d = 0; d < 27; ++d) step_to_[d] = frame_.tileIndex(directionStep(d));
+  classes_.assign(count, {});
+  for (int t = 0; t < count; ++t) {
+    const Voxel corner = tileCorner(t);
+    for (int row = 0; row < kTile * kTile; ++row)
+      classes_[t].unknown[row] = static_cast<uint16_t>(
+          RowClasses(&flags_[frame_.index(corner + Voxel(0, row % kTile, row / kTile))]).unknown);
+  }
   components_.assign(count, 0);
   nodes_.assign(count, 0);
   const Voxel groups = (frame_.tiles + Voxel::Constant(3)) / 4;
@@ -112,14 +120,19 @@ bool Evaluator::readTile(int tile, bool all_rows, TileChange& change) {
     if (!all_rows && !rows[row]) continue;
     const int y = row % kTile, z = row / kTile;
     const std::size_t at = frame_.index(corner + Voxel(0, y, z));
-    for (int x = 0; x < kTile; ++x) {
-      const uint8_t now = map_.classes()[at + x], was = flags_[at + x] & kClassMask;
-      if (now == was) continue;
-      flags_[at + x] = static_cast<uint8_t>((flags_[at + x] & ~kClassMask) | now);
-      if ((now == kOccupied) != (was == kOccupied))
-        change.occupied.emplace_back(corner + Voxel(x, y, z), now == kOccupied);
-      change.touched |= touchedDirections(x, y, z);
+    const RowClasses was(&flags_[at]), now(&map_.classes()[at]);
+    const unsigned differ = was.differs(now);
+    if (!differ) continue;
+    now.write(&flags_[at]);
+    classes_[tile].unknown[row] = static_cast<uint16_t>(now.unknown);
+    classes_[tile].free[row] = static_cast<uint16_t>(now.free);
+    for (unsigned bits = was.occupied ^ now.occupied; bits; bits &= bits - 1) {
+      const int x = __builtin_ctz(bits);
+      change.occupied.emplace_back(corner + Voxel(x, y, z), now.occupied >> x & 1);
     }
+    if (differ & 0x7ffe) change.touched |= touchedDirections(1, y, z);
+    if (differ & 1) change.touched |= touchedDirections(0, y, z);
+    if (differ >> (kTile - 1)) change.touched |= touchedDirections(kTile - 1, y, z);
   }
   return change.touched != 0;
 }

@@ -1,7 +1,6 @@
-// The part of Evaluator that reads masks off the flags, labels them and links the labels of neighbouring
-// tiles.
+// The part of Evaluator that makes frontiers and voids of classes, labels them and links the labels of
+// neighbouring tiles.
 #include <algorithm>
-#include <cstring>
 
 #include "fv_exploration/evaluator.h"
 #include "fv_exploration/parallel.h"
@@ -16,42 +15,17 @@ struct Evaluator::TileMasks {
 
 namespace {
 
-/// Eight bytes of 0 or 1 as bits, the first byte lowest.
-unsigned gather(uint64_t bytes) { return static_cast<unsigned>(bytes * 0x0102040810204080u >> 56); }
-
-/// Which of 16 cells are unknown, and which are free.
-struct RowClasses {
-  unsigned unknown = 0, free = 0;
-  explicit RowClasses(const uint8_t* cells) {
-    static_assert(kUnknown == 0 && kFree == 1 && kOccupied == 2 && kOutside == 3, "the two bits of a class");
-    constexpr uint64_t kOnes = 0x0101010101010101u;
-    for (int half = 0; half < 2; ++half) {
-      uint64_t w;
-      std::memcpy(&w, cells + 8 * half, 8);
-      unknown |= gather(~(w | w >> 1) & kOnes) << (8 * half);
-      free |= gather(w & ~(w >> 1) & kOnes) << (8 * half);
-    }
-  }
-};
-
 /// The unknown voxels of a tile and of a margin of one around it: rows of 18 bits, bit 0 at x = -1.
-void unknownRows(const GridFrame& frame, const std::vector<uint8_t>& flags, const Voxel& corner, bool beyond,
-                 std::array<uint32_t, 18 * 18>& rows, TileMask& free) {
-  const bool first = corner.x() > frame.origin.x(), last = corner.x() + kTile < frame.end().x();
+/// @param around unknown voxels of the tiles in each direction.
+void unknownRows(const std::array<const TileMask*, 27>& around, std::array<uint32_t, 18 * 18>& rows) {
+  const auto part = [](int c) { return c < 0 ? -1 : c >= kTile ? 1 : 0; };
   for (int z = -1; z <= kTile; ++z)
     for (int y = -1; y <= kTile; ++y) {
-      const Voxel start = corner + Voxel(0, y, z);
-      uint32_t& row = rows[(y + 1) + 18 * (z + 1)];
-      row = beyond ? (1u << 18) - 1 : 0;
-      if (!frame.contains(start)) continue;
-      const uint8_t* cells = &flags[frame.index(start)];
-      const auto unknown = [&](int x) { return (cells[x] & Evaluator::kClassMask) == kUnknown; };
-      const RowClasses classes(cells);
-      row = classes.unknown << 1;
-      row |= uint32_t{first ? unknown(-1) : beyond};
-      row |= uint32_t{last ? unknown(kTile) : beyond} << 17;
-      if (y >= 0 && y < kTile && z >= 0 && z < kTile)
-        free[y + kTile * z] = static_cast<uint16_t>(classes.free);
+      const int straight = tileDirection(0, part(y), part(z));
+      const int row = (y & (kTile - 1)) + kTile * (z & (kTile - 1));
+      rows[(y + 1) + 18 * (z + 1)] = uint32_t{(*around[straight])[row]} << 1 |
+                                     uint32_t{(*around[straight - 1])[row]} >> (kTile - 1) |
+                                     (uint32_t{(*around[straight + 1])[row]} & 1) << (kTile + 1);
     }
 }
 
@@ -62,27 +36,35 @@ uint16_t intervalRow(int start, int low, int high) {
   return static_cast<uint16_t>(((2u << to) - 1) & ~((1u << from) - 1));
 }
 
-/// Frontier and void voxels of a tile.
-void tileMasks(const GridFrame& frame, const std::vector<uint8_t>& flags, const HullRows& hull,
-               const Voxel& corner, bool beyond, TileMask& frontier, TileMask& voids) {
+}  // namespace
+
+/// What the masks of a tile are now.
+void Evaluator::readMasks(int t, TileMasks& masks) const {
+  static const TileMask kNothing{}, kEverything = [] {
+    TileMask mask;
+    mask.fill(0xffff);
+    return mask;
+  }();
+  std::array<const TileMask*, 27> around;
+  for (int d = 0; d < 27; ++d) {
+    const int n = neighbourIndex(t, d);
+    around[d] = n >= 0 ? &classes_[n].unknown : map_.bounded() ? &kNothing : &kEverything;
+  }
   std::array<uint32_t, 18 * 18> unknown, wide;
-  TileMask free;
-  unknownRows(frame, flags, corner, beyond, unknown, free);
+  unknownRows(around, unknown);
   for (std::size_t i = 0; i < unknown.size(); ++i) wide[i] = unknown[i] | unknown[i] << 1 | unknown[i] >> 1;
+  const Voxel corner = tileCorner(t);
   for (int z = 0; z < kTile; ++z)
     for (int y = 0; y < kTile; ++y) {
       uint32_t near = 0;
       for (int dz = 0; dz < 3; ++dz)
         for (int dy = 0; dy < 3; ++dy) near |= wide[(y + dy) + 18 * (z + dz)];
-      const Voxel start = corner + Voxel(0, y, z);
-      frontier[y + kTile * z] = static_cast<uint16_t>(near >> 1) & free[y + kTile * z];
-      const std::size_t r = hull.row(start.y(), start.z());
-      voids[y + kTile * z] = static_cast<uint16_t>(unknown[(y + 1) + 18 * (z + 1)] >> 1) &
-                             intervalRow(start.x(), hull.low[r], hull.high[r]);
+      const int row = y + kTile * z;
+      masks.frontier[row] = static_cast<uint16_t>(near >> 1) & classes_[t].free[row];
+      const std::size_t r = hull_.row(corner.y() + y, corner.z() + z);
+      masks.voids[row] = classes_[t].unknown[row] & intervalRow(corner.x(), hull_.low[r], hull_.high[r]);
     }
 }
-
-}  // namespace
 
 void Evaluator::refreshTiles(const std::vector<uint8_t>& stale) {
   frontier_touched_.assign(tiles_.size(), 0);
@@ -90,11 +72,8 @@ void Evaluator::refreshTiles(const std::vector<uint8_t>& stale) {
   const std::vector<int> list = marked(stale);
   const int count = static_cast<int>(list.size()), threads = threadCount(config_.threads);
   std::vector<TileMasks> masks(list.size());
-  // First all masks are read off the flags, then each tile's own flags are written.
   parallelChunks(count, threads, 4, [&](int begin, int end, int) {
-    for (int i = begin; i < end; ++i)
-      tileMasks(frame_, flags_, hull_, tileCorner(list[i]), !map_.bounded(), masks[i].frontier,
-                masks[i].voids);
+    for (int i = begin; i < end; ++i) readMasks(list[i], masks[i]);
   });
   const auto addCounts = [&](int sign) {
     for (const int t : list)
