@@ -1,8 +1,6 @@
-#include <octomap/OcTree.h>
-
 #include <memory>
-#include <sstream>
 #include <stdexcept>
+#include <string_view>
 
 #include "bindings.h"
 #include "convert.h"
@@ -38,13 +36,13 @@ Eigen::Isometry3d isometryFrom(const Eigen::Matrix4d& matrix) {
   return T;
 }
 
-MapSnapshot snapshot(const std::string& payload, double resolution_m, std::uint64_t sequence,
+MapSnapshot snapshot(const py::bytes& payload, double resolution_m, std::uint64_t sequence,
                      const MotionPlanner& planner, const Eigen::Matrix4d& T_map_root) {
-  octomap::OcTree tree(resolution_m);
-  std::istringstream stream(payload);
-  tree.readBinaryData(stream);
-  return {sequence,
-          std::make_shared<VoxelGrid>(VoxelGrid::fromOctree(tree, planner.reach(isometryFrom(T_map_root))))};
+  const std::string_view data = payload;
+  const py::gil_scoped_release release;
+  const auto region = planner.reach(isometryFrom(T_map_root));
+  return {sequence, std::make_shared<VoxelGrid>(
+                        VoxelGrid::fromBinaryPayload(data.data(), data.size(), resolution_m, region))};
 }
 
 py::dict resultToDict(const PlanResult& result) {
@@ -52,9 +50,10 @@ py::dict resultToDict(const PlanResult& result) {
   return py::dict("status"_a = static_cast<int>(result.status), "message"_a = result.message,
                   "joint_names"_a = result.joint_names, "trajectory"_a = trajectoryToDict(result.trajectory),
                   "waypoints"_a = rowsFromPath(result.waypoints), "goal_index"_a = result.goal_index,
-                  "path_length"_a = result.path_length, "clearance_m"_a = result.clearance_m,
-                  "poses_tried"_a = result.poses_tried, "poses_reachable"_a = result.poses_reachable,
-                  "goal_states"_a = result.goal_states, "stages"_a = result.stages);
+                  "map_sequence"_a = result.map_sequence, "path_length"_a = result.path_length,
+                  "clearance_m"_a = result.clearance_m, "poses_tried"_a = result.poses_tried,
+                  "poses_reachable"_a = result.poses_reachable, "goal_states"_a = result.goal_states,
+                  "stages"_a = result.stages, "roadmap_states"_a = result.roadmap_states);
 }
 
 /// Answers of one checker for many states of a group.
@@ -112,6 +111,8 @@ void bindRequest(py::module_& m) {
       .def_readwrite("position_tolerance_m", &PlanRequest::position_tolerance_m)
       .def_readwrite("angle_tolerance_rad", &PlanRequest::angle_tolerance_rad)
       .def_readwrite("free_roll", &PlanRequest::free_roll)
+      .def_readwrite("roll_axis", &PlanRequest::roll_axis)
+      .def_readwrite("goal_seeds", &PlanRequest::goal_seeds)
       .def_readwrite("planner", &PlanRequest::planner)
       .def_readwrite("time_budget_s", &PlanRequest::time_budget_s)
       .def_readwrite("seed", &PlanRequest::seed)
@@ -142,6 +143,18 @@ void bindPlanner(py::module_& m) {
            "From the texts of URDF and SRDF; rates: joint -> (velocity [rad/s], acceleration [rad/s^2]). "
            "Raises "
            "ValueError for a bad configuration, RuntimeError for a broken model.")
+      .def(
+          "holding_box",
+          [](const MotionPlanner& p, const std::string& name, const std::string& link,
+             const Eigen::Vector3d& edges_m, const Eigen::Matrix4d& T_link_box,
+             const std::vector<std::string>& touch_links) {
+            const auto shape = fv_robot_model::Shape::box(edges_m, isometryFrom(T_link_box));
+            return std::const_pointer_cast<MotionPlanner>(p.holding({{name, link, touch_links, shape}}));
+          },
+          py::kw_only(), py::arg("name"), py::arg("link"), py::arg("edges_m"), py::arg("T_link_box"),
+          py::arg("touch_links") = std::vector<std::string>{},
+          "The planner of the same robot holding a box (edges (3,) [m]) as well. Raises ValueError for names "
+          "that are taken or unknown.")
       .def_property_readonly("joint_names", [](const MotionPlanner& p) { return p.model().jointNames(); })
       .def("group_joints",
            [](const MotionPlanner& p, const std::string& g) { return p.model().group(g).joint_names; })
@@ -176,8 +189,7 @@ void bindPlanner(py::module_& m) {
             PlanResult result;
             {
               const py::gil_scoped_release release;
-              const std::atomic<bool> cancel{cancelled};
-              result = p.solve(request, &cancel);
+              result = p.solve(request, [cancelled] { return cancelled; });
             }
             return resultToDict(result);
           },

@@ -27,7 +27,14 @@ class FakeMap:
         self._pub = rospy.Publisher("/fv_exploration/map", MapUpdate, queue_size=1, latch=True)
         self.sequence = 0
 
-    def publish(self, free=(EVERYWHERE,), occupied=(), unknown=(), frame: str = "world") -> int:
+    def publish(
+        self,
+        free=(EVERYWHERE,),
+        occupied=(),
+        unknown=(),
+        frame: str = "world",
+        resolution: float = RESOLUTION,
+    ) -> int:
         """Publish a new map; rows are min x y z, max x y z [m]. Returns its sequence number."""
         self.sequence += 1
         msg = MapUpdate(sequence=self.sequence)
@@ -36,9 +43,9 @@ class FakeMap:
         msg.octomap.header = msg.header
         msg.octomap.binary = True
         msg.octomap.id = "OcTree"
-        msg.octomap.resolution = RESOLUTION
+        msg.octomap.resolution = resolution
         payload = _core.octree_payload(
-            resolution_m=RESOLUTION,
+            resolution_m=resolution,
             free=np.reshape(free, (-1, 6)).astype(float),
             occupied=np.reshape(occupied, (-1, 6)).astype(float),
             unknown=np.reshape(unknown, (-1, 6)).astype(float),

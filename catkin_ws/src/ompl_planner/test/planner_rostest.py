@@ -11,17 +11,24 @@ from pathlib import Path
 import actionlib
 import rospy
 import rostest
+from actionlib_msgs.msg import GoalStatus
 from fv_msgs.msg import (
+    AttachedObject,
+    AttachedObjects,
     ExecuteMotionAction,
     ExecuteMotionGoal,
     ExecuteMotionResult,
     MapUpdate,
+    PlanAndExecuteAction,
+    PlanAndExecuteGoal,
+    PlanAndExecuteResult,
     PlanMotionAction,
     PlanMotionGoal,
     PlanMotionResult,
     PlannedPath,
 )
-from geometry_msgs.msg import Pose
+from fv_msgs.srv import SetAttachedObjects
+from geometry_msgs.msg import Pose, Vector3
 from sensor_msgs.msg import JointState
 
 from hubo_description import load_robot
@@ -61,7 +68,9 @@ class PlannerTest(unittest.TestCase):
         cls.node = subprocess.Popen(["rosrun", "ompl_planner", "planner_node"])
         cls.plan_client = actionlib.SimpleActionClient("/ompl_planner/plan", PlanMotionAction)
         cls.execute_client = actionlib.SimpleActionClient("/ompl_planner/execute", ExecuteMotionAction)
+        cls.both_client = actionlib.SimpleActionClient("/ompl_planner/plan_and_execute", PlanAndExecuteAction)
         assert cls.plan_client.wait_for_server(rospy.Duration(20.0))
+        assert cls.both_client.wait_for_server(rospy.Duration(20.0))
         assert cls.execute_client.wait_for_server(rospy.Duration(20.0))
 
     @classmethod
@@ -74,6 +83,13 @@ class PlannerTest(unittest.TestCase):
         self.robot.refuse = ""
         self.robot.place(self.ready)
         self.map.publish()
+
+    def wait_for(self, condition, what: str) -> None:
+        """Until the condition is true; half a minute at most."""
+        deadline = time.monotonic() + 30.0
+        while not condition():
+            self.assertLess(time.monotonic(), deadline, f"{what} did not come")
+            time.sleep(0.01)
 
     def plan(self, **fields) -> PlanMotionResult:
         goal = Plan(group=GROUP, goal_type=Plan.GOAL_NAMED, seed=1, min_map_sequence=self.map.sequence)
@@ -149,6 +165,94 @@ class PlannerTest(unittest.TestCase):
     def test_a_start_in_unknown_space_says_so(self) -> None:
         self.map.publish(unknown=[[0.1, -0.4, 0.9, 0.4, -0.1, 1.3]])
         self.assert_status(self.plan(goal_name="home"), Status.START_IN_UNKNOWN, "unknown voxel")
+
+    def slow_goal(self) -> PlanMotionGoal:
+        """Thousands of poses that can be reached and lie in an obstacle: seconds of looking for one that is free."""
+        self.map.publish(occupied=[[0.46, -0.6, 0.8, 0.8, -0.1, 1.2]])
+        goal = Plan(group=GROUP, goal_type=Plan.GOAL_POSES, free_roll=True, time_budget=60.0)
+        goal.goal_poses.header.frame_id = "world"
+        goal.goal_poses.poses = [pose(0.52 + 1e-5 * i, -0.3, 1.0) for i in range(8000)]
+        goal.min_map_sequence = self.map.sequence
+        return goal
+
+    def send_slow_goal(self) -> actionlib.ClientGoalHandle:
+        """A plan that is under way."""
+        client = actionlib.ActionClient("/ompl_planner/plan", PlanMotionAction)
+        self.assertTrue(client.wait_for_server(rospy.Duration(20.0)))
+        handle = client.send_goal(self.slow_goal())
+        self.wait_for(lambda: handle.get_goal_status() == GoalStatus.ACTIVE, "the goal's acceptance")
+        return handle
+
+    def test_cancel_ends_planning_at_once(self) -> None:
+        handle = self.send_slow_goal()
+        time.sleep(0.3)
+        handle.cancel()
+        cancelled = time.monotonic()
+        self.wait_for(handle.get_result, "the answer")
+        self.assertEqual(handle.get_result().status, Status.CANCELLED)
+        self.assertLess(time.monotonic() - cancelled, 20.0)  # of a budget of 60
+
+    def test_a_second_goal_replaces_the_first(self) -> None:
+        handle = self.send_slow_goal()
+        result = self.plan(goal_type=Plan.GOAL_JOINTS, goal_joints=JointState(name=["RWP"], position=[0.2]))
+        self.assertNotEqual(result.status, Status.CANCELLED, result.message)
+        self.wait_for(handle.get_result, "the first goal's answer")
+        self.assertEqual(handle.get_result().status, Status.CANCELLED)
+
+    def test_a_map_without_voxels_is_no_map_and_one_of_another_resolution_is_taken(self) -> None:
+        msg = MapUpdate(sequence=self.map.sequence + 1)
+        msg.header.frame_id = "world"
+        msg.octomap.id, msg.octomap.binary, msg.octomap.resolution = "OcTree", True, 0.02
+        msg.octomap.data = [0, 0]
+        self.map.publish_raw(msg)
+        time.sleep(0.2)
+        self.assert_status(
+            self.plan(goal_name="home", min_map_sequence=0), Status.NO_MAP, "there are no voxels"
+        )
+        self.map.sequence += 1
+        self.map.publish(resolution=0.05)
+        self.assert_status(self.plan(goal_name="home"), Status.SUCCESS)
+
+    def test_a_map_older_than_allowed_is_refused(self) -> None:
+        time.sleep(1.2)
+        self.assert_status(self.plan(goal_name="home", max_map_age=1.0), Status.MAP_TOO_OLD, "s old")
+        self.assert_status(self.plan(goal_name="home", max_map_age=100.0), Status.SUCCESS)
+
+    # --- what the robot holds ---
+
+    def hold(self, *objects: AttachedObject) -> tuple[bool, str]:
+        rospy.wait_for_service("/ompl_planner/set_attached_objects", 5.0)
+        answer = rospy.ServiceProxy("/ompl_planner/set_attached_objects", SetAttachedObjects)(list(objects))
+        return answer.success, answer.message
+
+    def test_what_the_hand_holds_collides_and_is_told(self) -> None:
+        told = []
+        subscriber = rospy.Subscriber("/ompl_planner/attached_objects", AttachedObjects, told.append)
+        balloon = AttachedObject(name="balloon", link="Body_RWP", kind=AttachedObject.SPHERE)
+        balloon.dimensions = Vector3(0.5, 0.0, 0.0)
+        balloon.pose.orientation.w = 1.0
+        self.assertTrue(self.hold(balloon)[0])
+        try:
+            self.assert_status(self.plan(goal_name="home"), Status.START_IN_COLLISION, "balloon")
+        finally:
+            self.assertTrue(self.hold()[0])
+        self.assert_status(self.plan(goal_name="home"), Status.SUCCESS)
+        self.wait_for(lambda: told and not told[-1].objects, "the news of empty hands")
+        self.assertIn(["balloon"], [[o.name for o in msg.objects] for msg in told])
+        subscriber.unregister()
+
+    def test_objects_that_are_none_are_refused(self) -> None:
+        box = AttachedObject(name="box", link="tail", dimensions=Vector3(0.1, 0.1, 0.1))
+        box.pose.orientation.w = 1.0
+        success, message = self.hold(box)
+        self.assertFalse(success)
+        self.assertIn("Body_RWP", message)  # the valid ones
+        box.link = "Body_RWP"
+        for field, value in (("kind", 9), ("dimensions", Vector3(-1.0, 0.1, 0.1)), ("name", "Body_RWP")):
+            broken = AttachedObject(box.name, box.link, [], box.kind, box.dimensions, box.pose)
+            setattr(broken, field, value)
+            self.assertFalse(self.hold(broken)[0], field)
+        self.assert_status(self.plan(goal_name="home"), Status.SUCCESS)
 
     # --- bad input ---
 
@@ -250,9 +354,9 @@ class PlannerTest(unittest.TestCase):
 
     def test_an_obstacle_seen_while_moving_stops_the_arm(self) -> None:
         plan = self.plan(goal_name="home")
-        self.robot.slowdown = 2.0
+        self.robot.slowdown = 6.0
         self.execute(plan, wait=False)
-        time.sleep(0.3)
+        self.wait_until_moving()
         self.map.publish(occupied=[[-0.2, -0.5, 0.55, 0.15, -0.2, 0.7]])
         self.assertTrue(self.execute_client.wait_for_result(rospy.Duration(10.0)))
         result = self.execute_client.get_result()
@@ -261,14 +365,64 @@ class PlannerTest(unittest.TestCase):
 
     def test_cancel_stops_the_arm(self) -> None:
         plan = self.plan(goal_name="home")
+        self.robot.slowdown = 6.0
         self.execute(plan, wait=False)
-        time.sleep(0.4)
+        self.wait_until_moving()
         self.execute_client.cancel_goal()
         self.assertTrue(self.execute_client.wait_for_result(rospy.Duration(5.0)))
         self.assertEqual(self.execute_client.get_result().status, ExecuteMotionResult.CANCELLED)
         stopped = self.robot.positions()
         time.sleep(0.2)
         self.assertEqual(stopped, self.robot.positions())
+
+    def both(self, wait: bool = True, **fields) -> PlanAndExecuteResult | None:
+        goal = Plan(group=GROUP, goal_type=Plan.GOAL_NAMED, seed=1, min_map_sequence=self.map.sequence)
+        for name, value in fields.items():
+            setattr(goal, name, value)
+        self.both_client.send_goal(PlanAndExecuteGoal(plan=goal))
+        if not wait:
+            return None
+        self.assertTrue(self.both_client.wait_for_result(rospy.Duration(30.0)))
+        return self.both_client.get_result()
+
+    def test_plan_and_execute_does_both(self) -> None:
+        goal = JointState(name=["WST", "RWP"], position=[0.3, 0.2])
+        result = self.both(goal_type=Plan.GOAL_JOINTS, goal_joints=goal)
+        self.assertEqual(result.status, PlanAndExecuteResult.SUCCESS, result.message)
+        self.assertEqual(result.plan.map_sequence, self.map.sequence)
+        self.assertAlmostEqual(self.robot.positions()["WST"], 0.3, places=4)
+
+    def test_plan_and_execute_without_a_plan_moves_nothing(self) -> None:
+        before = self.robot.positions()
+        result = self.both(goal_name="dance")
+        self.assertEqual(result.status, PlanAndExecuteResult.NOT_PLANNED)
+        self.assertEqual(result.plan.status, Status.INVALID_REQUEST)
+        self.assertIn("home", result.message)
+        self.assertEqual(self.robot.positions(), before)
+
+    def test_plan_and_execute_stops_for_an_obstacle_and_for_a_motion_of_somebody_else(self) -> None:
+        self.robot.slowdown = 6.0
+        self.both(goal_name="home", wait=False)
+        self.wait_until_moving()
+        self.map.publish(occupied=[[-0.2, -0.5, 0.55, 0.15, -0.2, 0.7]])
+        self.assertTrue(self.both_client.wait_for_result(rospy.Duration(20.0)))
+        result = self.both_client.get_result()
+        self.assertEqual(result.status, PlanAndExecuteResult.NOT_EXECUTED, result.message)
+        self.assertEqual(result.execution.status, ExecuteMotionResult.STOPPED_FOR_OBSTACLE)
+        self.robot.place(self.ready)
+        self.map.publish()
+        self.both(goal_name="home", wait=False)
+        self.wait_until_moving()
+        self.execute(self.plan(goal_name="home"), wait=False)  # replaces it
+        self.assertTrue(self.both_client.wait_for_result(rospy.Duration(20.0)))
+        self.assertEqual(self.both_client.get_result().status, PlanAndExecuteResult.CANCELLED)
+        self.execute_client.cancel_goal()
+        self.execute_client.wait_for_result(rospy.Duration(10.0))
+
+    def wait_until_moving(self) -> None:
+        """Until the arm has left the start by a little."""
+        left = lambda: abs(self.robot.positions()["REP"] - self.ready["REP"]) > 0.02  # noqa: E731
+        self.wait_for(left, "the arm's motion")
 
     def test_one_failing_controller_stops_the_other(self) -> None:
         self.robot.refuse = "huboplus/torso_controller"

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from ompl_planner.bench.planning import make_bench, map_row, random_views
+from planning_setup import make_bench, random_views
 
 
 @pytest.fixture(scope="module", params=["shelf", "office"])
@@ -37,7 +37,3 @@ def test_equal_requests_give_equal_plans(bench):
     np.testing.assert_array_equal(first["trajectory"]["positions"], second["trajectory"]["positions"])
     assert bench.fast.judge(bench.request, first["trajectory"]) == ""
     assert first["clearance_m"] > 0.005
-
-
-def test_a_map_becomes_a_collision_world(bench):
-    assert map_row(bench, 2)["ours"] > 0.0

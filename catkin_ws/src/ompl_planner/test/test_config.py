@@ -32,6 +32,10 @@ def test_move_understands_its_goals():
         parser().parse_args(["--pose", "1", "2", "3", "0", "0", "0", "1", "--free-roll"]), "arm"
     )
     assert goal.goal_poses.poses[0].position.z == 3.0 and goal.free_roll
+    goal = goal_from_args(
+        parser().parse_args(["--camera", "1", "2", "3", "0", "0", "0", "1"]), "arm", "optical_frame"
+    )
+    assert goal.tip_link == "optical_frame" and goal.free_roll
 
 
 @pytest.mark.parametrize(

@@ -30,14 +30,51 @@ def test_a_wall_that_leaves_a_gap_is_passed_by_folding(planner):
     assert planner.judge(request, result["trajectory"]) == ""
 
 
-# OMPL's RRTstar gives different paths for equal seeds; the README says so.
-@pytest.mark.parametrize("name", [n for n in _core.planner_names() if n != "RRTstar"])
+# RRTstar gives different paths for equal seeds, and roadmaps are kept; the README says so.
+@pytest.mark.parametrize("name", ["RRTConnect", "BITstar"])
 def test_planners_find_the_gap_twice_alike(planner, name):
     request = make_request(planner, occupied=pillar(LEFT, inner=0.6), goal=(2.5, 0.0))
     request.planner = name
     first, second = planner.solve(request), planner.solve(request)
     assert first["status"] == SUCCESS, first["message"]
     np.testing.assert_array_equal(first["trajectory"]["positions"], second["trajectory"]["positions"])
+
+
+@pytest.mark.parametrize("name", _core.planner_names())
+def test_every_planner_finds_the_gap(planner, name):
+    request = make_request(planner, occupied=pillar(LEFT, inner=0.6), goal=(2.5, 0.0))
+    request.planner = name
+    result = planner.solve(request)
+    assert result["status"] == SUCCESS, result["message"]
+    assert planner.judge(request, result["trajectory"]) == ""
+
+
+@pytest.mark.parametrize("name", ["PRM", "LazyPRM"])
+class TestRoadmaps:
+    """A roadmap serves the next query; new obstacles are never passed because of what it remembers."""
+
+    def test_it_is_kept_while_the_map_only_becomes_freer(self, name):
+        planner = make_planner(time_budget_s=5.0)
+        request = make_request(planner, occupied=pillar(LEFT, inner=0.6), goal=(2.5, 0.0))
+        request.planner = name
+        first = planner.solve(request)
+        assert first["status"] == SUCCESS and first["roadmap_states"] > 0
+        freer = make_request(planner, occupied=pillar(LEFT, inner=0.65), goal=(2.4, 0.3))
+        freer.planner = name
+        second = planner.solve(freer)
+        assert second["status"] == SUCCESS
+        assert second["roadmap_states"] > first["roadmap_states"]
+        assert planner.judge(freer, second["trajectory"]) == ""
+
+    def test_what_it_remembers_is_no_way_through_a_new_wall(self, name):
+        planner = make_planner(time_budget_s=1.0)
+        request = make_request(planner, occupied=pillar(LEFT, inner=0.6), goal=(2.5, 0.0))
+        request.planner = name
+        assert planner.solve(request)["status"] == SUCCESS
+        closed = make_request(planner, occupied=pillar(LEFT, inner=0.2), goal=(2.5, 0.0))
+        closed.planner = name
+        assert planner.solve(closed)["status"] == NO_PATH
+        assert planner.solve(request)["status"] == SUCCESS
 
 
 def test_a_wall_without_a_gap_is_never_passed(planner):
@@ -125,20 +162,49 @@ def test_poses_out_of_reach_have_no_solution(planner):
     assert result["status"] == NO_IK and result["poses_tried"] == 1
 
 
+def poses_around(planner, *states):
+    """T_map_tip (4, 4) of the joint states."""
+    return [planner.tip_pose("arm", np.array(q)) for q in states]
+
+
 def test_one_pose_of_many_is_reached(planner):
     request = make_request(planner)
     request.goal_type = _core.GoalType.POSES
-    poses = []
-    for angle, radius in ((0.0, 3.0), (1.0, 0.6)):
-        T = np.eye(4)
-        T[:3, 3] = [radius * np.cos(angle), radius * np.sin(angle), 0.55]
-        poses.append(T)
+    far = np.eye(4)
+    far[:3, 3] = [3.0, 0.0, 0.55]
+    poses = [far, *poses_around(planner, (0.4, 1.2))]
     request.set_goal_poses(poses)
-    request.angle_tolerance_rad = 3.14
     result = planner.solve(request)
     assert result["status"] == SUCCESS and result["goal_index"] == 1
     end = planner.tip_pose("arm", result["trajectory"]["positions"][-1])
-    assert np.linalg.norm(end[:3, 3] - poses[1][:3, 3]) < 0.005
+    np.testing.assert_allclose(end, poses[1], atol=1e-5)
+
+
+def test_a_roll_about_the_named_axis_is_free(planner):
+    request = make_request(planner)
+    request.goal_type = _core.GoalType.POSES
+    pose = poses_around(planner, (0.4, 1.2))[0]
+    turned = np.eye(4)
+    turned[1:3, 1:3] = [[0.0, -1.0], [1.0, 0.0]]  # a quarter turn about x: the arm never leaves its plane
+    request.set_goal_poses([pose @ turned])
+    assert planner.solve(request)["status"] == NO_IK
+    request.free_roll = True
+    assert planner.solve(request)["status"] == NO_IK  # about z, that is
+    request.roll_axis = np.array([1.0, 0.0, 0.0])
+    assert planner.solve(request)["status"] == SUCCESS
+
+
+def test_a_seed_helps_inverse_kinematics_and_must_fit(planner):
+    request = make_request(planner)
+    request.goal_type = _core.GoalType.POSES
+    request.set_goal_poses(poses_around(planner, (-1.0, 2.0)))
+    request.goal_seeds = [np.array([-1.1, 1.9])]
+    result = planner.solve(request)
+    assert result["status"] == SUCCESS
+    np.testing.assert_allclose(result["trajectory"]["positions"][-1], [-1.0, 2.0], atol=1e-4)
+    request.goal_seeds = [np.array([0.0])]
+    result = planner.solve(request)
+    assert result["status"] == INVALID and "seed" in result["message"]
 
 
 def test_a_goal_where_the_arm_stands_is_no_motion(planner):
@@ -191,3 +257,22 @@ def test_no_map_is_said(planner):
 def test_bad_configuration_names_the_parameter(config, words):
     with pytest.raises(ValueError, match=words):
         make_planner(**config)
+
+
+def test_what_the_arm_holds_collides_too(planner):
+    # The wall begins beyond the bare arm's reach of 0.8 m; a stick of 0.2 m reaches into it.
+    free = [[-1.2, -1.2, 0.3, 1.2, 1.2, 0.8]]
+    stick = {"name": "stick", "link": "fore", "edges_m": [0.2, 0.02, 0.02], "T_link_box": np.eye(4)}
+    stick["T_link_box"][0, 3] = 0.5
+    holding = planner.holding_box(**stick, touch_links=["tip"])
+    occupied = pillar(1.2, inner=0.86, outer=1.1)
+    for arm, start_waypoints in ((planner, 2), (holding, 3)):
+        request = make_request(arm, occupied=occupied, free=free, goal=(2.0, 0.0))
+        result = arm.solve(request)
+        assert result["status"] == SUCCESS, result["message"]
+        assert len(result["waypoints"]) >= start_waypoints
+    assert "stick" in holding.judge(request, planner.solve(request)["trajectory"])
+    with pytest.raises(ValueError, match="fore"):
+        planner.holding_box(**{**stick, "link": "leg"})
+    with pytest.raises(ValueError, match="tip"):
+        planner.holding_box(**{**stick, "name": "tip"})

@@ -31,7 +31,9 @@ struct PlannerConfig {
   double angle_tolerance_rad{0.02};    ///< Of goal poses, when a request names none [rad].
   double quality_rounds{3000};    ///< Rounds of planners that go on improving their path (RRTstar, BITstar).
   double range_rad{0.6};          ///< Longest extension of the search trees [rad].
-  double ik_starts{16};           ///< Starts of inverse kinematics per goal pose.
+  double ik_rounds{16};           ///< Rolls, then poses within the tolerances, tried for each goal pose.
+  double ik_step_rad{0.2};        ///< Step of redundant joints in inverse kinematics [rad].
+  double ik_starts{4};            ///< Starts of inverse kinematics for arms without a closed form.
   double max_goal_states{8};      ///< Collision-free goal states that the search aims at.
   double shortcut_rounds{60};     ///< Random shortcuts tried on a found path.
   double blend_radius_rad{0.3};   ///< Largest rounding of the path's corners [rad].

@@ -1,4 +1,4 @@
-/// OMPL behind two functions; the only place that includes it.
+/// OMPL behind a few functions: only src/core/path_search.cpp and roadmap_memory.cpp include it.
 #pragma once
 
 #include <functional>
@@ -26,13 +26,15 @@ struct SearchProblem {
 const std::vector<std::string>& plannerNames();
 /// @throws std::invalid_argument, listing the valid ones, unless `name` is one of them.
 void checkPlannerName(const std::string& name);
+/// Does the planner build a roadmap that serves more than one query? RoadmapMemory keeps those.
+bool keepsRoadmap(const std::string& planner);
 
 /// A collision-free polyline from the start to one of the goals; empty when `stop` fired first or there is
 /// none.
 ///
-/// One fresh planner per call, in the caller's thread; equal problems and seeds give equal paths. OMPL draws
-/// the seeds of all its generators from one global sequence that this function restarts, so calls must not
-/// overlap.
+/// One fresh planner per call; but for PRM, which looks for solutions in a second thread, equal problems and
+/// seeds give equal paths. OMPL draws the seeds of all its generators from one global sequence that this
+/// function restarts, so calls must not overlap.
 /// @throws std::invalid_argument for an unknown planner (lists the valid ones).
 std::optional<JointPath> findPath(const SearchProblem& problem, const std::string& planner,
                                   std::uint32_t seed, const std::function<bool()>& stop);

@@ -2,9 +2,9 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <utility>
@@ -20,17 +20,18 @@ namespace ompl_planner {
 /// cancelled.
 class StopCondition {
  public:
-  StopCondition(double budget_s, const std::atomic<bool>* cancel)
+  /// @param cancelled May be empty; asked often, so it must be quick.
+  StopCondition(double budget_s, std::function<bool()> cancelled)
       : deadline_(std::chrono::steady_clock::now() +
                   std::chrono::duration_cast<std::chrono::steady_clock::duration>(
                       std::chrono::duration<double>(budget_s))),
-        cancel_(cancel) {}
-  bool cancelled() const { return cancel_ != nullptr && cancel_->load(std::memory_order_relaxed); }
+        cancelled_(std::move(cancelled)) {}
+  bool cancelled() const { return cancelled_ && cancelled_(); }
   bool operator()() const { return cancelled() || std::chrono::steady_clock::now() >= deadline_; }
 
  private:
   std::chrono::steady_clock::time_point deadline_;
-  const std::atomic<bool>* cancel_;
+  std::function<bool()> cancelled_;
 };
 
 enum class PlanStatus : std::uint8_t {
@@ -71,6 +72,8 @@ struct PlanRequest {
   double position_tolerance_m{0.0};                         ///< 0: configured default.
   double angle_tolerance_rad{0.0};                          ///< 0: configured default.
   bool free_roll{false};
+  Eigen::Vector3d roll_axis{Eigen::Vector3d::UnitZ()};  ///< Of a free roll, tip frame; not zero.
+  std::vector<JointVector> goal_seeds;  ///< Empty, or joint values near solutions, one per pose.
 
   std::string planner;        ///< Empty: configured default.
   double time_budget_s{0.0};  ///< 0: configured default.
@@ -92,6 +95,7 @@ struct PlanResult {
   std::uint32_t poses_tried{0};
   std::uint32_t poses_reachable{0};
   std::uint32_t goal_states{0};
+  std::size_t roadmap_states{0};                       ///< Of the kept roadmap that was used; 0: none.
   std::vector<std::pair<std::string, double>> stages;  ///< Name and seconds.
 };
 

@@ -18,7 +18,8 @@ namespace ompl_planner {
 
 /// What the checks of one request stand on.
 struct PreparedWorld {
-  std::shared_ptr<const VoxelGrid> grid;  ///< Unknown-space policy applied.
+  std::shared_ptr<const VoxelGrid> grid;         ///< Unknown-space policy applied.
+  std::shared_ptr<const ObstacleBlocks> blocks;  ///< Of the grid.
   std::shared_ptr<const DistanceField> field;
   std::shared_ptr<const LinkCovers> covers;
   std::shared_ptr<const ObstacleOctree> octree;  ///< Only when asked for.

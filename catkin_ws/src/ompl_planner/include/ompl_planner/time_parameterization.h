@@ -14,13 +14,14 @@ struct MotionLimits {
 
 /// How a path becomes a motion.
 struct TimingOptions {
-  double sample_period_s{0.01};   ///< Spacing of the trajectory's points [s].
+  double sample_period_s{0.01};   ///< Largest spacing of the trajectory's points [s].
   double smoothing_time_s{0.02};  ///< Width of the acceleration ramps [s]; 0: bang-bang accelerations.
+                                  ///< Motions below 120 samples scale both with their duration.
   double grid_step{0.01};         ///< Grid of the reachability analysis [rad of path parameter].
   double limit_share{0.975};      ///< Share of the limits that is used, in (0, 1].
 };
 
-/// A motion sampled at equal times; it starts and ends at rest.
+/// A motion that starts and ends at rest.
 struct TimedTrajectory {
   std::vector<double> times;  ///< [s], from 0, ascending
   JointPath positions;        ///< [rad]
@@ -40,7 +41,7 @@ PathPoint interpolate(const TimedTrajectory& trajectory, double time_s);
 /// speed x is bounded backwards by what can still brake, then pushed forwards as far as the bounds allow.
 /// Then each stretch between two rests is averaged over a window of smoothing_time_s: an average of values
 /// within limits is within limits, so velocity and acceleration bounds hold, jerk becomes bounded, and the
-/// duration grows by one window per stretch.
+/// duration grows by one window per stretch, at most a sixtieth of it where the window is two samples.
 ///
 /// @throws std::invalid_argument unless all limits and options are positive and finite.
 TimedTrajectory timeOptimalTrajectory(const BlendedPath& path, const MotionLimits& limits,

@@ -31,6 +31,11 @@ class VoxelGrid {
   /// Copies the octree's leaves; big leaves fill all voxels they span.
   static VoxelGrid fromOctree(const octomap::OcTree& tree, const Eigen::AlignedBox3d& region_m);
 
+  /// The same straight from the data of an octomap_msgs/Octomap with binary = true, without making a tree.
+  /// @throws std::invalid_argument when the data end early, go on after the tree, or have no voxels.
+  static VoxelGrid fromBinaryPayload(const void* data, std::size_t size, double resolution_m,
+                                     const Eigen::AlignedBox3d& region_m);
+
   double resolution() const { return resolution_; }
   const VoxelIndex& origin() const { return origin_; }
   const Eigen::Vector3i& size() const { return size_; }
@@ -78,6 +83,10 @@ class VoxelGrid {
   }
   Eigen::Vector3d centerOf(const VoxelIndex& index) const {
     return (index.cast<double>().array() + 0.5) * resolution_;
+  }
+
+  bool coversSameVoxels(const VoxelGrid& other) const {
+    return other.origin_ == origin_ && other.size_ == size_ && other.resolution_ == resolution_;
   }
 
   /// Offsets of voxels that differ. @throws std::invalid_argument when the grids do not cover the same

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "ompl_planner/obstacle_blocks.h"
 #include "ompl_planner/voxel_grid.h"
 
 namespace ompl_planner {
@@ -65,9 +66,10 @@ class WorldCollision {
   /// @param grid      Every voxel but the Free ones is an obstacle; outside of it, everything is unless
   ///                  outside_is_free.
   /// @param padding_m Links keep this distance.
+  /// @param blocks    Of the grid; may be null: slower, with the same answers.
   WorldCollision(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
                  const Eigen::Isometry3d& T_map_root, std::shared_ptr<const VoxelGrid> grid, double padding_m,
-                 bool outside_is_free);
+                 bool outside_is_free, std::shared_ptr<const ObstacleBlocks> blocks = nullptr);
 
   /// The first contact in the order of the links; empty when all are free.
   std::optional<WorldContact> firstContact(const fv_robot_model::LinkPoses& poses) const;
@@ -102,6 +104,7 @@ class WorldCollision {
 
   Eigen::Isometry3d T_map_root_;
   std::shared_ptr<const VoxelGrid> grid_;
+  std::shared_ptr<const ObstacleBlocks> blocks_;
   bool outside_is_free_;
   std::vector<int> links_;                            ///< Moved links with shapes.
   std::map<int, std::vector<CollisionBody>> bodies_;  ///< By link.

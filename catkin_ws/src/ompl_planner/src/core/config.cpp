@@ -30,6 +30,8 @@ const std::vector<NumberField>& numberFields() {
       {"angle_tolerance_rad", &C::angle_tolerance_rad, 1e-6, 3.15},
       {"quality_rounds", &C::quality_rounds, 1, 1e9},
       {"range_rad", &C::range_rad, 1e-2, 100.0},
+      {"ik_rounds", &C::ik_rounds, 1, 10000},
+      {"ik_step_rad", &C::ik_step_rad, 0.01, 3.2},
       {"ik_starts", &C::ik_starts, 1, 10000},
       {"max_goal_states", &C::max_goal_states, 1, 100000},
       {"shortcut_rounds", &C::shortcut_rounds, 0, 100000},

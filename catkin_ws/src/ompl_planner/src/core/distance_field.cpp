@@ -15,6 +15,18 @@ std::vector<std::int16_t> axisCosts(int reach) {
   return cost;
 }
 
+std::int16_t leastOf(const std::int16_t* values, std::size_t count) {
+  std::int16_t least = values[0];
+  for (std::size_t i = 1; i < count; ++i) least = values[i] < least ? values[i] : least;
+  return least;
+}
+
+std::int16_t mostOf(const std::int16_t* values, std::size_t count) {
+  std::int16_t most = values[0];
+  for (std::size_t i = 1; i < count; ++i) most = values[i] > most ? values[i] : most;
+  return most;
+}
+
 /// out = min(out, in + cost), element by element.
 void lower(std::int16_t* out, const std::int16_t* in, std::int16_t cost, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) {
@@ -58,21 +70,33 @@ DistanceField::DistanceField(const VoxelGrid& grid, const Eigen::AlignedBox3d& r
   for (std::size_t i = 0; i < roots_.size(); ++i) roots_[i] = 0.5F * std::sqrt(static_cast<float>(i));
 }
 
-/// Along z, where neighbours lie side by side.
+/// Along z, where neighbours lie side by side. Obstacles are 0 and all else is `beyond`, so that counting
+/// steps from the nearest obstacle, once upwards and once downwards, gives this axis' distances.
 void DistanceField::sweepColumns(const std::vector<std::int16_t>& cost) {
   const auto nz = static_cast<std::size_t>(size_.z());
-  std::vector<std::int16_t> column(nz);
+  const std::size_t reach = cost.size() - 1;
+  std::vector<std::int16_t> squares(cost);  // by steps
+  squares.push_back(static_cast<std::int16_t>((2 * reach + 1) * (2 * reach + 1)));
+  std::vector<std::size_t> steps(nz);
   for (std::size_t begin = 0; begin < squares_.size(); begin += nz) {
-    std::int16_t* out = squares_.data() + begin;
-    std::copy(out, out + nz, column.begin());
-    for (std::size_t d = 1; d < cost.size() && d < nz; ++d) {
-      lower(out, column.data() + d, cost[d], nz - d);
-      lower(out + d, column.data(), cost[d], nz - d);
+    std::int16_t* column = squares_.data() + begin;
+    if (std::all_of(column, column + nz, [column](std::int16_t value) { return value == column[0]; }))
+      continue;
+    std::size_t since = reach + 1;
+    for (std::size_t z = 0; z < nz; ++z) {
+      since = column[z] == 0 ? 0 : std::min(since + 1, reach + 1);
+      steps[z] = since;
+    }
+    since = reach + 1;
+    for (std::size_t z = nz; z-- > 0;) {
+      since = column[z] == 0 ? 0 : std::min(since + 1, reach + 1);
+      column[z] = squares[std::min(steps[z], since)];
     }
   }
 }
 
-/// Along x or y: whole z rows are combined at once.
+/// Along x or y: whole z rows are combined at once. A row that holds no distance yet lowers nothing, and
+/// further rows lower nothing once all of a row is nearer than they are: most pairs of rows are skipped.
 void DistanceField::sweepRows(Eigen::Index axis, const std::vector<std::int16_t>& cost) {
   const auto nx = static_cast<std::size_t>(size_.x());
   const auto ny = static_cast<std::size_t>(size_.y());
@@ -82,14 +106,22 @@ void DistanceField::sweepRows(Eigen::Index axis, const std::vector<std::int16_t>
   const std::size_t lines = axis == 0 ? ny : nx;
   const std::size_t line_stride = axis == 0 ? nz : ny * nz;
   std::vector<std::int16_t> before(length * nz);
+  std::vector<std::int16_t> least(length);  // of each row before
   for (std::size_t line = 0; line < lines; ++line) {
     std::int16_t* first = squares_.data() + line * line_stride;
-    for (std::size_t i = 0; i < length; ++i) std::copy_n(first + i * stride, nz, before.data() + i * nz);
+    for (std::size_t i = 0; i < length; ++i) {
+      std::copy_n(first + i * stride, nz, before.data() + i * nz);
+      least[i] = leastOf(before.data() + i * nz, nz);
+    }
     for (std::size_t i = 0; i < length; ++i) {
       std::int16_t* out = first + i * stride;
-      for (std::size_t d = 1; d < cost.size(); ++d) {
-        if (i >= d) lower(out, before.data() + (i - d) * nz, cost[d], nz);
-        if (i + d < length) lower(out, before.data() + (i + d) * nz, cost[d], nz);
+      int most = mostOf(out, nz);
+      for (std::size_t d = 1; d < cost.size() && cost[d] < most; ++d) {
+        for (const std::size_t j : {i - d, i + d}) {  // i - d wraps around below 0
+          if (j >= length || least[j] + cost[d] >= most) continue;
+          lower(out, before.data() + j * nz, cost[d], nz);
+        }
+        most = mostOf(out, nz);
       }
     }
   }

@@ -1,74 +1,25 @@
 #include "ompl_planner/goal_sampler.h"
 
+#include <fv_robot_model/ik/group_solver.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 #include <random>
 #include <stdexcept>
 
+#include "ompl_planner/pose_target.h"
+
 namespace ompl_planner {
 namespace {
 
 using fv_robot_model::Group;
 using fv_robot_model::RobotModel;
+using fv_robot_model::ik::IkSolutions;
 
-constexpr double kSameSolutionRad = 0.05;  // closer solutions count as one
-
-std::string join(const std::vector<std::string>& names) {
-  std::string text;
-  for (const auto& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
-std::vector<std::string> stateNames(const RobotModel& model, const Group& group) {
-  std::vector<std::string> names;
-  for (const auto& [name, values] : model.namedStates(group.name)) names.push_back(name);
-  return names;
-}
-
-JointVector groupValues(const Group& group, const Eigen::VectorXd& q_all) {
-  JointVector q(static_cast<Eigen::Index>(group.joint_indices.size()));
-  for (std::size_t i = 0; i < group.joint_indices.size(); ++i) {
-    q[static_cast<Eigen::Index>(i)] = q_all[group.joint_indices[i]];
-  }
-  return q;
-}
-
-void setNamedJoints(const Group& group, const PlanRequest& request, JointVector& q) {
-  if (request.goal_joints.empty()) throw std::invalid_argument("goal_joints names no joint");
-  for (const auto& [name, value] : request.goal_joints) {
-    const auto found = std::find(group.joint_names.begin(), group.joint_names.end(), name);
-    if (found == group.joint_names.end()) {
-      throw std::invalid_argument("goal joint '" + name + "' is not in group '" + group.name +
-                                  "'; valid: " + join(group.joint_names));
-    }
-    if (!std::isfinite(value)) throw std::invalid_argument("goal joint '" + name + "' is not finite");
-    q[found - group.joint_names.begin()] = value;
-  }
-}
-
-void checkLimits(const RobotModel& model, const Group& group, const JointVector& q) {
-  constexpr double kRounding = 1e-6;
-  for (std::size_t i = 0; i < group.joint_indices.size(); ++i) {
-    const auto& limits = model.limits()[static_cast<std::size_t>(group.joint_indices[i])];
-    const double value = q[static_cast<Eigen::Index>(i)];
-    if (limits.bounded && (value < limits.lower - kRounding || value > limits.upper + kRounding)) {
-      throw std::invalid_argument("goal of joint '" + group.joint_names[i] + "' is " + std::to_string(value) +
-                                  ", outside its limits " + std::to_string(limits.lower) + " to " +
-                                  std::to_string(limits.upper));
-    }
-  }
-}
-
-/// Nearest link above `link` (or itself) that a movable joint carries, and the fixed transform down from it.
-std::pair<int, Eigen::Isometry3d> rigidAncestor(const RobotModel& model, int link) {
-  Eigen::Isometry3d T_ancestor_link = Eigen::Isometry3d::Identity();
-  while (model.parent(link) >= 0 && model.link(link).motion == RobotModel::Link::Motion::Fixed) {
-    T_ancestor_link = model.link(link).T_parent_joint * T_ancestor_link;
-    link = model.parent(link);
-  }
-  return {link, T_ancestor_link};
-}
+constexpr double kSameSolutionRad = 0.05;             // closer solutions count as one
+constexpr double kGoldenAngle = 2.39996322972865332;  // [rad] its multiples fill the circle evenly
+constexpr int kCheckedPerPose = 4;  // solutions of one pose and roll that are asked for collisions
 
 /// Indices of the poses, best score first; equal scores keep their order.
 std::vector<std::size_t> byScore(const PlanRequest& request) {
@@ -79,21 +30,6 @@ std::vector<std::size_t> byScore(const PlanRequest& request) {
     return request.goal_scores[a] > request.goal_scores[b];
   });
   return order;
-}
-
-JointVector randomState(const RobotModel& model, const Group& group, std::mt19937_64& random) {
-  std::uniform_real_distribution<double> unit(0.0, 1.0);
-  JointVector q(static_cast<Eigen::Index>(group.joint_indices.size()));
-  for (std::size_t i = 0; i < group.joint_indices.size(); ++i) {
-    const auto& limits = model.limits()[static_cast<std::size_t>(group.joint_indices[i])];
-    q[static_cast<Eigen::Index>(i)] = limits.lower + unit(random) * (limits.upper - limits.lower);
-  }
-  return q;
-}
-
-bool isKnown(const std::vector<JointVector>& solutions, const JointVector& q) {
-  return std::any_of(solutions.begin(), solutions.end(),
-                     [&](const JointVector& other) { return maxJointStep(other, q) < kSameSolutionRad; });
 }
 
 /// Value of reaching a goal state: its score, from 0.1 for the lowest to 1 for the highest, per way to go.
@@ -118,6 +54,7 @@ PoseTarget targetOf(const RobotModel& model, const Group& group, const PlanReque
   PoseTarget target;
   target.T_tip_tool = tipToTool(model, group, request.tip_link);
   target.free_roll = request.free_roll;
+  target.roll_axis = request.roll_axis.normalized();
   target.position_tolerance_m =
       request.position_tolerance_m > 0.0 ? request.position_tolerance_m : config.position_tolerance_m;
   target.angle_tolerance_rad =
@@ -125,76 +62,151 @@ PoseTarget targetOf(const RobotModel& model, const Group& group, const PlanReque
   return target;
 }
 
+/// One run of sampleGoalStates.
+class Sampler {
+ public:
+  Sampler(const RobotModel& model, const Group& group, const PlanRequest& request,
+          const PlannerConfig& config, const fv_robot_model::ik::IkSolver& ik, const StateChecker& checker)
+      : model_(model),
+        group_(group),
+        request_(request),
+        config_(config),
+        ik_(ik),
+        checker_(checker),
+        target_(targetOf(model, group, request, config)),
+        start_(groupValues(group, request.start_all)),
+        random_(request.seed),
+        known_(request.goal_poses.size()) {
+    const auto base = static_cast<std::size_t>(model.linkIndex(group.base_link));
+    T_base_map_ = (request.T_map_root * model.forward(request.start_all)[base]).inverse();
+  }
+
+  bool enough() const { return goals_.states.size() >= static_cast<std::size_t>(config_.max_goal_states); }
+
+  /// Solutions of one pose in one round.
+  void visit(std::size_t index, int round) {
+    if (round == 0) ++goals_.poses_tried;
+    target_.T_base_tool = T_base_map_ * request_.goal_poses[index];
+    const JointVector near = round == 1 ? seedOf(index) : start_;
+    const JointVector seed = round < 2 || ik_.exact() ? near : randomState();
+    solutions_.reset(ik_.chain().dof());
+    ik_.solvePose(tipPose(near, round), seed.data(), solutions_);
+    takeNearest(index);
+  }
+
+  GoalStates finish() {
+    sortByValue(request_, start_, goals_.states);
+    if (goals_.states.empty() && blocked_) {
+      goals_.blocked_reason =
+          "pose " + std::to_string(blocked_->goal_index) + ": " + checker_.whyInvalid(blocked_->q);
+    }
+    if (goals_.poses_reachable == 0) {
+      goals_.unreachable_reason = "none of " + std::to_string(goals_.poses_tried) +
+                                  " poses has a solution for group '" + group_.name + "' (" +
+                                  std::to_string(static_cast<int>(config_.ik_rounds)) + " rounds each)";
+    }
+    return std::move(goals_);
+  }
+
+ private:
+  JointVector seedOf(std::size_t index) const {
+    return request_.goal_seeds.empty() ? start_ : request_.goal_seeds[index];
+  }
+
+  /// Solvers that sample or iterate find other solutions from other seeds.
+  JointVector randomState() {
+    std::uniform_real_distribution<double> unit(0.0, 1.0);
+    return JointVector::NullaryExpr(ik_.chain().dof(), [&](Eigen::Index i) {
+      const auto& joint = ik_.chain().joint(static_cast<int>(i));
+      return joint.lower + unit(random_) * (joint.upper - joint.lower);
+    });
+  }
+
+  Eigen::Isometry3d tipPose(const JointVector& near, int round) {
+    const Eigen::Isometry3d T_base_near = model_.tipPose(group_, near) * target_.T_tip_tool;
+    const bool seeded = round == 1 && !request_.goal_seeds.empty();
+    const double roll = seeded ? 0.0 : kGoldenAngle * round;
+    if (2 * round < static_cast<int>(config_.ik_rounds)) return tipPoseAt(target_, T_base_near, roll);
+    return tipPoseWithin(target_, T_base_near, roll, random_);
+  }
+
+  /// Keeps the solution nearest to the start that is new and free.
+  void takeNearest(std::size_t index) {
+    nearest_.clear();
+    for (int row = 0; row < solutions_.size(); ++row) {
+      const Eigen::Map<const JointVector> q(solutions_.row(row), solutions_.dof());
+      nearest_.emplace_back((q - start_).squaredNorm(), row);
+    }
+    const auto kept = std::min<std::size_t>(nearest_.size(), kCheckedPerPose);
+    std::partial_sort(nearest_.begin(), nearest_.begin() + static_cast<std::ptrdiff_t>(kept), nearest_.end());
+    for (std::size_t i = 0; i < kept; ++i) {
+      const JointVector q =
+          Eigen::Map<const JointVector>(solutions_.row(nearest_[i].second), solutions_.dof());
+      if (isKnown(index, q) || !reaches(model_, group_, target_, q)) continue;
+      if (known_[index].empty()) ++goals_.poses_reachable;
+      known_[index].push_back(q);
+      const GoalState goal{q, static_cast<int>(index)};
+      if (checker_.valid(q)) {
+        goals_.states.push_back(goal);
+        return;
+      }
+      if (!blocked_) blocked_ = goal;
+    }
+  }
+
+  bool isKnown(std::size_t index, const JointVector& q) const {
+    return std::any_of(known_[index].begin(), known_[index].end(),
+                       [&](const JointVector& other) { return maxJointStep(other, q) < kSameSolutionRad; });
+  }
+
+  const RobotModel& model_;
+  const Group& group_;
+  const PlanRequest& request_;
+  const PlannerConfig& config_;
+  const fv_robot_model::ik::IkSolver& ik_;
+  const StateChecker& checker_;
+  PoseTarget target_;
+  JointVector start_;
+  Eigen::Isometry3d T_base_map_;
+  std::mt19937_64 random_;
+  std::vector<std::vector<JointVector>> known_;  ///< Solutions by pose.
+  std::optional<GoalState> blocked_;
+  IkSolutions solutions_;
+  std::vector<std::pair<double, int>> nearest_;  ///< Squared distance from the start, row of solutions_.
+  GoalStates goals_;
+};
+
 }  // namespace
 
-JointVector jointGoal(const RobotModel& model, const Group& group, const PlanRequest& request) {
-  JointVector q = groupValues(group, request.start_all);
-  if (request.goal_type == GoalType::Named) {
-    const auto& states = model.namedStates(group.name);
-    const auto found = states.find(request.goal_name);
-    if (found == states.end()) {
-      throw std::invalid_argument("group '" + group.name + "' has no state '" + request.goal_name +
-                                  "'; valid: " + join(stateNames(model, group)));
-    }
-    q = found->second;
-  } else {
-    setNamedJoints(group, request, q);
+std::unique_ptr<fv_robot_model::ik::IkSolver> makeGoalIk(const RobotModel& model, const Group& group,
+                                                         const PlannerConfig& config,
+                                                         double angle_tolerance_rad) {
+  if (!group.isChain()) {
+    throw std::invalid_argument("group '" + group.name + "' is no chain: no poses for it");
   }
-  checkLimits(model, group, q);
-  return q;
-}
-
-Eigen::Isometry3d tipToTool(const RobotModel& model, const Group& group, const std::string& tip_link) {
-  if (!group.isChain()) throw std::invalid_argument("group '" + group.name + "' is no chain: it has no tip");
-  if (tip_link.empty() || tip_link == group.tip_link) return Eigen::Isometry3d::Identity();
-  const auto [tip_body, T_body_tip] = rigidAncestor(model, model.linkIndex(group.tip_link));
-  const auto [tool_body, T_body_tool] = rigidAncestor(model, model.linkIndex(tip_link));
-  if (tip_body != tool_body) {
-    throw std::invalid_argument("link '" + tip_link + "' does not move rigidly with '" + group.tip_link +
-                                "', the tip of group '" + group.name + "'");
+  fv_robot_model::ik::IkOptions options;
+  options.sweep_step_rad = config.ik_step_rad;
+  options.numerical_starts = static_cast<int>(config.ik_starts);
+  if (group.joint_indices.size() < 6) {
+    options.direction_tolerance_rad = angle_tolerance_rad;
+    // KDL's Levenberg-Marquardt, which takes every second start, aborts on fewer than six joints.
+    options.numerical_starts = 1;
   }
-  return T_body_tip.inverse() * T_body_tool;
+  return fv_robot_model::ik::makeIkSolver(model, group.name, options);
 }
 
 GoalStates sampleGoalStates(const RobotModel& model, const Group& group, const PlanRequest& request,
-                            const PlannerConfig& config, const PoseIk& ik, const StateChecker& checker,
-                            const StopCondition& stop) {
-  PoseTarget target = targetOf(model, group, request, config);
-  const auto base = static_cast<std::size_t>(model.linkIndex(group.base_link));
-  const Eigen::Isometry3d T_base_map =
-      (request.T_map_root * model.forward(request.start_all)[base]).inverse();
-  const JointVector start = groupValues(group, request.start_all);
+                            const PlannerConfig& config, const fv_robot_model::ik::IkSolver& ik,
+                            const StateChecker& checker, const StopCondition& stop) {
+  Sampler sampler(model, group, request, config, ik, checker);
   const auto order = byScore(request);
-  std::vector<std::vector<JointVector>> solutions(order.size());  // by pose
-  std::mt19937_64 random(request.seed);
-
-  GoalStates goals;
-  const auto enough = [&] { return goals.states.size() >= static_cast<std::size_t>(config.max_goal_states); };
-  // Round by round over all poses, so that many views share the effort; the first round starts from where the
-  // arm is.
-  for (int round = 0; round < static_cast<int>(config.ik_starts); ++round) {
+  for (int round = 0; round < static_cast<int>(config.ik_rounds); ++round) {
     for (const std::size_t index : order) {
-      if (enough() || stop()) break;
-      if (round == 0) ++goals.poses_tried;
-      target.T_base_tool = T_base_map * request.goal_poses[index];
-      const auto q = ik.solve(target, round == 0 ? start : randomState(model, group, random));
-      if (!q || isKnown(solutions[index], *q)) continue;
-      goals.poses_reachable += solutions[index].empty() ? 1 : 0;
-      solutions[index].push_back(*q);
-      if (checker.valid(*q)) {
-        goals.states.push_back({*q, static_cast<int>(index)});
-      } else if (goals.blocked_reason.empty()) {
-        goals.blocked_reason = "pose " + std::to_string(index) + ": " + checker.whyInvalid(*q);
-      }
+      if (sampler.enough() || stop()) return sampler.finish();
+      sampler.visit(index, round);
     }
   }
-  sortByValue(request, start, goals.states);
-  if (goals.poses_reachable == 0) {
-    goals.unreachable_reason = "none of " + std::to_string(goals.poses_tried) +
-                               " poses has a solution for group '" + group.name + "' (" +
-                               std::to_string(static_cast<int>(config.ik_starts)) + " starts each)";
-  }
-  return goals;
+  return sampler.finish();
 }
 
 }  // namespace ompl_planner

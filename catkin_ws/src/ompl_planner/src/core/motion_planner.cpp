@@ -2,114 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <stdexcept>
 
-#include "ompl_planner/goal_sampler.h"
 #include "ompl_planner/path_search.h"
-#include "ompl_planner/path_shortcut.h"
 #include "ompl_planner/prepared_world.h"
-#include "ompl_planner/state_checker.h"
+#include "ompl_planner/request_check.h"
+#include "planning_job.h"
 
 namespace ompl_planner {
 namespace {
 
-using Clock = std::chrono::steady_clock;
 using fv_robot_model::Group;
 using fv_robot_model::RobotModel;
 
-double secondsSince(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
-
-JointVector groupValues(const Group& group, const Eigen::VectorXd& q_all) {
-  JointVector q(static_cast<Eigen::Index>(group.joint_indices.size()));
-  for (std::size_t i = 0; i < group.joint_indices.size(); ++i) {
-    q[static_cast<Eigen::Index>(i)] = q_all[group.joint_indices[i]];
-  }
-  return q;
-}
-
-void checkPoses(const PlanRequest& request) {
-  if (request.goal_poses.empty()) throw std::invalid_argument("goal_poses is empty");
-  if (!request.goal_scores.empty() && request.goal_scores.size() != request.goal_poses.size()) {
-    throw std::invalid_argument("goal_scores has " + std::to_string(request.goal_scores.size()) +
-                                " values for " + std::to_string(request.goal_poses.size()) + " poses");
-  }
-  for (std::size_t i = 0; i < request.goal_poses.size(); ++i) {
-    if (!request.goal_poses[i].matrix().allFinite()) {
-      throw std::invalid_argument("goal pose " + std::to_string(i) + " is not finite");
-    }
-    if (!request.goal_scores.empty() && !std::isfinite(request.goal_scores[i])) {
-      throw std::invalid_argument("the score of goal pose " + std::to_string(i) + " is not finite");
-    }
-  }
-}
-
-void checkNotNegative(double value, const char* name) {
-  if (!(value >= 0.0) || !std::isfinite(value)) {
-    throw std::invalid_argument(std::string(name) + " is " + std::to_string(value) +
-                                ", must be 0 or positive");
-  }
-}
-
-void checkRequest(const RobotModel& model, const PlanRequest& request) {
-  model.group(request.group);  // throws, listing the valid ones
-  if (request.start_all.size() != static_cast<Eigen::Index>(model.jointNames().size())) {
-    throw std::invalid_argument("the start must have a value for each of the model's joints");
-  }
-  for (Eigen::Index i = 0; i < request.start_all.size(); ++i) {
-    if (!std::isfinite(request.start_all[i])) {
-      throw std::invalid_argument("start of joint '" + model.jointNames()[static_cast<std::size_t>(i)] +
-                                  "' is not finite");
-    }
-  }
-  if (!request.planner.empty()) checkPlannerName(request.planner);
-  checkNotNegative(request.time_budget_s, "time_budget");
-  checkNotNegative(request.position_tolerance_m, "position_tolerance");
-  checkNotNegative(request.angle_tolerance_rad, "angle_tolerance");
-  checkNotNegative(request.bubble_radius_m, "bubble_radius");
-  if (request.unknown_space == UnknownSpace::FreeNearStart && request.bubble_radius_m <= 0.0) {
-    throw std::invalid_argument("UNKNOWN_IS_FREE_NEAR_START needs a positive bubble_radius");
-  }
-  if (request.goal_type == GoalType::Poses) checkPoses(request);
-}
-
 }  // namespace
-
-/// Everything that belongs to one request.
-struct MotionPlanner::Job {
-  const PlanRequest& request;
-  const Group& group;
-  StopCondition stop;
-  StageCallback on_stage;
-  PlanResult result{};
-  Clock::time_point stage_begin{Clock::now()};
-
-  JointVector start{};
-  std::unique_ptr<StateChecker> searcher{};  ///< With search margin.
-  std::unique_ptr<StateChecker> judge{};
-  std::shared_ptr<const FastCollision> fast{};
-  GoalStates goals{};
-  JointPath path{};
-  double search_step{0.0};  ///< Joint step of the search's edges [rad].
-
-  void beginStage(const std::string& name) {
-    endStage();
-    result.stages.emplace_back(name, 0.0);
-    if (on_stage) on_stage(name);
-  }
-  void endStage() {
-    if (!result.stages.empty()) result.stages.back().second = secondsSince(stage_begin);
-    stage_begin = Clock::now();
-  }
-  bool fail(PlanStatus status, const std::string& message) {
-    result.status = stop.cancelled() ? PlanStatus::Cancelled : status;
-    result.message = stop.cancelled() ? "cancelled" : message;
-    return false;
-  }
-};
 
 MotionPlanner::MotionPlanner(std::shared_ptr<const RobotModel> model,
                              const std::map<std::string, JointRates>& rates, const PlannerConfig& config)
@@ -126,7 +33,28 @@ MotionPlanner::MotionPlanner(std::shared_ptr<const RobotModel> model,
   }
 }
 
-PlanResult MotionPlanner::solve(const PlanRequest& request, const std::atomic<bool>* cancel,
+std::shared_ptr<const MotionPlanner> MotionPlanner::holding(const std::vector<HeldObject>& objects) const {
+  RobotModel model = *model_;
+  for (const HeldObject& object : objects) {
+    model = model.withAttached(object.name, object.link, {object.shape}, object.touch_links);
+  }
+  return std::make_shared<MotionPlanner>(std::make_shared<RobotModel>(std::move(model)), rates_, config_);
+}
+
+std::shared_ptr<const fv_robot_model::ik::IkSolver> MotionPlanner::ikOf(const PlanRequest& request,
+                                                                        const Group& group) const {
+  const double tolerance =
+      request.angle_tolerance_rad > 0.0 ? request.angle_tolerance_rad : config_.angle_tolerance_rad;
+  const std::lock_guard<std::mutex> lock(ik_mutex_);
+  auto& [known_tolerance, solver] = ik_[group.name];
+  if (!solver || known_tolerance != tolerance) {
+    solver = makeGoalIk(*model_, group, config_, tolerance);
+    known_tolerance = tolerance;
+  }
+  return solver;
+}
+
+PlanResult MotionPlanner::solve(const PlanRequest& request, const std::function<bool()>& cancelled,
                                 const StageCallback& on_stage) const {
   PlanResult failure;
   failure.map_sequence = request.map.sequence;
@@ -138,7 +66,7 @@ PlanResult MotionPlanner::solve(const PlanRequest& request, const std::atomic<bo
       return failure;
     }
     const double budget = request.time_budget_s > 0.0 ? request.time_budget_s : config_.time_budget_s;
-    Job job{request, model_->group(request.group), StopCondition(budget, cancel), on_stage};
+    Job job{request, model_->group(request.group), StopCondition(budget, cancelled), on_stage};
     job.result.map_sequence = request.map.sequence;
     run(job);
     job.endStage();
@@ -159,9 +87,10 @@ void MotionPlanner::run(Job& job) const {
   job.beginStage("goals");
   if (!collectGoals(job)) return;
   // Coarse steps first; what they overlook shows in the fine check of the result, and then fine steps find a
-  // way.
+  // way, without what roadmaps remember.
   for (const double step : {config_.search_step_rad, config_.joint_step_rad}) {
     job.search_step = step;
+    job.may_use_roadmap = step == config_.search_step_rad;
     job.beginStage("search");
     if (!search(job)) return;
     job.beginStage("shortcut");
@@ -169,12 +98,7 @@ void MotionPlanner::run(Job& job) const {
   }
   job.beginStage("timing");
   if (!timeAndJudge(job)) return;
-  job.result.clearance_m = config_.field_cap_m;
-  for (const JointVector& q : job.result.trajectory.positions) {
-    const auto& poses = job.searcher->posesAt(q);
-    job.result.clearance_m =
-        std::min(job.result.clearance_m, job.fast->clearance(poses, config_.field_cap_m));
-  }
+  job.result.clearance_m = clearanceAlong(job);
   job.result.status = PlanStatus::Success;
   job.result.message = "planned";
 }
@@ -197,7 +121,7 @@ bool MotionPlanner::prepareStart(Job& job) const {
     const double margin = searching ? config_.search_margin_m : 0.0;
     const double padding = config_.padding_m + margin;
     auto world = std::make_shared<WorldCollision>(*model_, job.group, request.T_map_root, prepared.grid,
-                                                  padding, prepared.outside_is_free);
+                                                  padding, prepared.outside_is_free, prepared.blocks);
     if (const auto contact = world->allowStart(poses, config_.start_tolerance_m + margin)) {
       const bool unknown = contact->kind == Voxel::Unknown;
       return job.fail(unknown ? PlanStatus::StartInUnknown : PlanStatus::StartInCollision,
@@ -232,13 +156,17 @@ bool MotionPlanner::collectGoals(Job& job) const {
     }
     job.goals.states.push_back({goal, -1});
   } else {
-    const NumericIk ik(*model_, job.group);
-    job.goals = sampleGoalStates(*model_, job.group, job.request, config_, ik, *job.searcher, job.stop);
+    const auto ik = ikOf(job.request, job.group);
+    job.goals = sampleGoalStates(*model_, job.group, job.request, config_, *ik, *job.searcher, job.stop);
   }
   job.result.poses_tried = job.goals.poses_tried;
   job.result.poses_reachable = job.goals.poses_reachable;
   job.result.goal_states = static_cast<std::uint32_t>(job.goals.states.size());
   if (!job.goals.states.empty()) return true;
+  if (job.stop()) {
+    return job.fail(PlanStatus::NoPath, "time ran out while looking for goal states, after " +
+                                            std::to_string(job.goals.poses_tried) + " poses");
+  }
   if (job.goals.poses_reachable == 0) return job.fail(PlanStatus::NoIkSolution, job.goals.unreachable_reason);
   return job.fail(PlanStatus::GoalsInCollision,
                   std::to_string(job.goals.poses_reachable) + " of " + std::to_string(job.goals.poses_tried) +
@@ -253,7 +181,7 @@ std::optional<JointPath> MotionPlanner::straightPath(const Job& job) const {
   return std::nullopt;
 }
 
-bool MotionPlanner::search(Job& job) const {
+SearchProblem MotionPlanner::searchProblem(Job& job) const {
   SearchProblem problem;
   const auto joints = job.group.joint_indices.size();
   problem.lower.resize(static_cast<Eigen::Index>(joints));
@@ -276,12 +204,35 @@ bool MotionPlanner::search(Job& job) const {
   };
   problem.range_rad = config_.range_rad;
   problem.quality_rounds = static_cast<std::size_t>(config_.quality_rounds);
+  return problem;
+}
+
+/// The planner's path; roadmaps of earlier queries are used where planner, map and policy allow.
+std::optional<JointPath> MotionPlanner::plannedPath(Job& job, const std::string& planner) const {
+  const SearchProblem problem = searchProblem(job);
+  const auto stop = [&job] { return job.stop(); };
+  const bool lasting = job.request.unknown_space != UnknownSpace::FreeNearStart;  // a bubble is one start's
+  if (!keepsRoadmap(planner) || !lasting) return findPath(problem, planner, job.request.seed, stop);
+  const std::lock_guard<std::mutex> lock(roadmaps_mutex_);
+  if (!job.may_use_roadmap) {
+    roadmaps_->forget(planner, job.group.name);
+    return findPath(problem, planner, job.request.seed, stop);
+  }
+  RoadmapScope scope{job.group.name, job.request.unknown_space, job.request.start_all, job.request.T_map_root,
+                     job.request.map.grid};
+  for (const int joint : job.group.joint_indices) scope.others[joint] = 0.0;
+  auto path = roadmaps_->findPath(scope, problem, planner, job.request.seed, stop);
+  job.result.roadmap_states = roadmaps_->milestones();
+  return path;
+}
+
+bool MotionPlanner::search(Job& job) const {
   const std::string& planner = job.request.planner.empty() ? config_.planner : job.request.planner;
   auto path = straightPath(job);
-  if (!path) path = findPath(problem, planner, job.request.seed, [&job] { return job.stop(); });
+  if (!path) path = plannedPath(job, planner);
   if (!path) {
     return job.fail(PlanStatus::NoPath, planner + " found no path to " +
-                                            std::to_string(problem.goals.size()) + " goal states (" +
+                                            std::to_string(job.goals.states.size()) + " goal states (" +
                                             std::to_string(job.searcher->checks()) + " states checked)");
   }
   job.path = std::move(*path);
@@ -294,94 +245,6 @@ bool MotionPlanner::search(Job& job) const {
   return true;
 }
 
-/// False when fine steps find an obstacle on the path that the search overlooked.
-bool MotionPlanner::shorten(Job& job) const {
-  const auto edge_valid = [&job](const JointVector& a, const JointVector& b) {
-    return job.searcher->edgeValid(a, b, job.search_step);
-  };
-  const auto stop = [&job] { return job.stop(); };
-  job.path =
-      shortcut(job.path, edge_valid, static_cast<int>(config_.shortcut_rounds), job.request.seed, stop);
-  for (std::size_t i = 1; i < job.path.size(); ++i) {
-    if (!job.searcher->edgeValid(job.path[i - 1], job.path[i])) return false;
-  }
-  return true;
-}
-
-MotionLimits MotionPlanner::limitsOf(const Group& group) const {
-  MotionLimits limits;
-  const auto joints = static_cast<Eigen::Index>(group.joint_indices.size());
-  limits.velocity.resize(joints);
-  limits.acceleration.resize(joints);
-  for (Eigen::Index j = 0; j < joints; ++j) {
-    const auto index = static_cast<std::size_t>(group.joint_indices[static_cast<std::size_t>(j)]);
-    const auto found = rates_.find(model_->jointNames()[index]);
-    const JointRates rates = found == rates_.end() ? JointRates{} : found->second;
-    const double urdf_velocity = model_->limits()[index].velocity;
-    limits.velocity[j] = rates.velocity > 0.0  ? rates.velocity
-                         : urdf_velocity > 0.0 ? urdf_velocity
-                                               : config_.default_max_velocity;
-    limits.acceleration[j] = rates.acceleration > 0.0 ? rates.acceleration : config_.default_max_acceleration;
-  }
-  return limits;
-}
-
-namespace {
-
-/// Largest corner radii, each halved until the rounded path is free; below a hundredth of a radian a corner
-/// stays sharp.
-std::vector<double> freeRadii(const JointPath& path, double radius, double step,
-                              const StateChecker& checker) {
-  constexpr double kMinRadius = 0.01;
-  std::vector<double> radii(path.size(), radius);
-  for (std::size_t i = 1; i + 1 < path.size(); ++i) {
-    for (; radii[i] > 0.0; radii[i] = 0.5 * radii[i] < kMinRadius ? 0.0 : 0.5 * radii[i]) {
-      const BlendedPath corner({path[i - 1], path[i], path[i + 1]}, {0.0, radii[i], 0.0});
-      const double center = corner.waypointParameters()[1];
-      const double reach = std::min(radii[i], center);
-      bool free = true;
-      for (double s = center - reach; s < center + reach && free; s += step)
-        free = checker.valid(corner.at(s).q);
-      if (free) break;
-    }
-  }
-  return radii;
-}
-
-TimedTrajectory restingAt(const JointVector& q) {
-  TimedTrajectory trajectory;
-  trajectory.times = {0.0};
-  trajectory.positions = {q};
-  trajectory.velocities = {JointVector::Zero(q.size())};
-  trajectory.accelerations = {JointVector::Zero(q.size())};
-  return trajectory;
-}
-
-}  // namespace
-
-bool MotionPlanner::timeAndJudge(Job& job) const {
-  JointPath path = withoutRepeats(job.path);
-  job.result.waypoints = path;
-  job.result.path_length = pathLength(path);
-  if (path.size() < 2) {
-    job.result.trajectory = restingAt(job.start);
-    return true;
-  }
-  const MotionLimits limits = limitsOf(job.group);
-  auto radii = freeRadii(path, config_.blend_radius_rad, config_.joint_step_rad, *job.searcher);
-  job.result.trajectory = timeOptimalTrajectory(BlendedPath(path, radii), limits, config_.timing());
-  job.beginStage("judge");
-  std::string refused = firstForbidden(job.result.trajectory, *job.judge, config_.joint_step_rad);
-  if (refused.empty()) return true;
-  // Rounded corners leave the searched lines by a little; with sharp ones the motion stays on them.
-  std::fill(radii.begin(), radii.end(), 0.0);
-  job.result.trajectory = timeOptimalTrajectory(BlendedPath(path, radii), limits, config_.timing());
-  refused = firstForbidden(job.result.trajectory, *job.judge, config_.joint_step_rad);
-  if (refused.empty()) return true;
-  job.result.trajectory = {};
-  return job.fail(PlanStatus::NoPath, "the judge refused the found path: " + refused);
-}
-
 void MotionPlanner::warm(const PlanRequest& request) const {
   const Group& group = model_->group(request.group);
   worlds_->get(request.map.grid, request.unknown_space, request.bubble_radius_m, *model_, group,
@@ -391,7 +254,7 @@ void MotionPlanner::warm(const PlanRequest& request) const {
 std::string MotionPlanner::judge(const PlanRequest& request, const TimedTrajectory& trajectory,
                                  double start_time_s) const {
   if (trajectory.times.empty()) return {};
-  Job job{request, model_->group(request.group), StopCondition(3600.0, nullptr), {}};
+  Job job{request, model_->group(request.group), StopCondition(3600.0, {}), {}};
   if (!prepareStart(job)) return job.result.message;
   return firstForbidden(trajectory, *job.judge, config_.joint_step_rad, start_time_s);
 }

@@ -6,13 +6,15 @@
 #include <ompl/geometric/PathGeometric.h>
 #include <ompl/geometric/planners/informedtrees/BITstar.h>
 #include <ompl/geometric/planners/prm/LazyPRM.h>
+#include <ompl/geometric/planners/prm/PRM.h>
 #include <ompl/geometric/planners/rrt/RRTConnect.h>
 #include <ompl/geometric/planners/rrt/RRTstar.h>
-#include <ompl/util/Console.h>
 #include <ompl/util/RandomNumbers.h>
 
 #include <map>
 #include <stdexcept>
+
+#include "ompl_problem.h"
 
 namespace ompl_planner {
 namespace {
@@ -31,24 +33,24 @@ void toState(const JointVector& q, ob::State* state) {
 
 class Validity : public ob::StateValidityChecker {
  public:
-  Validity(const ob::SpaceInformationPtr& info, const SearchProblem& problem)
-      : ob::StateValidityChecker(info), problem_(problem) {}
+  Validity(const ob::SpaceInformationPtr& info, std::shared_ptr<const SearchProblem> problem)
+      : ob::StateValidityChecker(info), problem_(std::move(problem)) {}
   bool isValid(const ob::State* state) const override {
-    return problem_.valid(toVector(state, si_->getStateDimension()));
+    return problem_->valid(toVector(state, si_->getStateDimension()));
   }
 
  private:
-  const SearchProblem& problem_;
+  std::shared_ptr<const SearchProblem> problem_;
 };
 
 class EdgeValidity : public ob::MotionValidator {
  public:
-  EdgeValidity(const ob::SpaceInformationPtr& info, const SearchProblem& problem)
-      : ob::MotionValidator(info), problem_(problem) {}
+  EdgeValidity(const ob::SpaceInformationPtr& info, std::shared_ptr<const SearchProblem> problem)
+      : ob::MotionValidator(info), problem_(std::move(problem)) {}
   bool checkMotion(const ob::State* from, const ob::State* to) const override {
     const unsigned int dimension = si_->getStateDimension();
     const JointVector end = toVector(to, dimension);
-    return problem_.valid(end) && problem_.edge_valid(toVector(from, dimension), end);
+    return problem_->valid(end) && problem_->edge_valid(toVector(from, dimension), end);
   }
   bool checkMotion(const ob::State* from, const ob::State* to,
                    std::pair<ob::State*, double>& last_valid) const override {
@@ -59,56 +61,23 @@ class EdgeValidity : public ob::MotionValidator {
   }
 
  private:
-  const SearchProblem& problem_;
+  std::shared_ptr<const SearchProblem> problem_;
 };
 
-/// OMPL complains when its generators' seed is set twice in one process, although it then does use the new
-/// seed: which is what one seed per request needs. Its other messages repeat what the status says. Restored
-/// on destruction.
-class QuietOmpl {
- public:
-  QuietOmpl() : previous_(ompl::msg::getLogLevel()) { ompl::msg::setLogLevel(ompl::msg::LOG_NONE); }
-  ~QuietOmpl() { ompl::msg::setLogLevel(previous_); }
-  QuietOmpl(const QuietOmpl&) = delete;
-  QuietOmpl& operator=(const QuietOmpl&) = delete;
-
- private:
-  ompl::msg::LogLevel previous_;
-};
-
-ob::SpaceInformationPtr makeSpace(const SearchProblem& problem) {
-  const auto dimension = static_cast<unsigned int>(problem.lower.size());
-  auto space = std::make_shared<Space>(dimension);
+void setBounds(const ob::SpaceInformation& info, const SearchProblem& problem) {
+  const unsigned int dimension = info.getStateDimension();
   ob::RealVectorBounds bounds(dimension);
   for (unsigned int i = 0; i < dimension; ++i) {
     bounds.setLow(i, problem.lower[i]);
     bounds.setHigh(i, problem.upper[i]);
   }
-  space->setBounds(bounds);
-  auto info = std::make_shared<ob::SpaceInformation>(space);
-  info->setStateValidityChecker(std::make_shared<Validity>(info, problem));
-  info->setMotionValidator(std::make_shared<EdgeValidity>(info, problem));
-  info->setup();
-  return info;
-}
-
-ob::ProblemDefinitionPtr makeDefinition(const ob::SpaceInformationPtr& info, const SearchProblem& problem) {
-  auto definition = std::make_shared<ob::ProblemDefinition>(info);
-  ob::ScopedState<Space> state(info);
-  toState(problem.start, state.get());
-  definition->addStartState(state);
-  auto goals = std::make_shared<ob::GoalStates>(info);
-  for (const JointVector& q : problem.goals) {
-    toState(q, state.get());
-    goals->addState(state);
-  }
-  definition->setGoal(goals);
-  return definition;
+  info.getStateSpace()->as<Space>()->setBounds(bounds);
 }
 
 struct Kind {
   ob::PlannerPtr (*make)(const ob::SpaceInformationPtr&, const SearchProblem&);
   bool improves;  ///< Goes on after the first path.
+  bool roadmap;   ///< Serves more than one query.
 };
 
 template <typename Planner>
@@ -123,13 +92,13 @@ ob::PlannerPtr makeWithRange(const ob::SpaceInformationPtr& info, const SearchPr
   return planner;
 }
 
-/// OMPL's PRM is not among them: it looks for solutions in a second thread, so equal requests give different
-/// paths.
 const std::map<std::string, Kind>& kinds() {
-  static const std::map<std::string, Kind> table{{"BITstar", {&make<og::BITstar>, true}},
-                                                 {"LazyPRM", {&make<og::LazyPRM>, false}},
-                                                 {"RRTConnect", {&makeWithRange<og::RRTConnect>, false}},
-                                                 {"RRTstar", {&makeWithRange<og::RRTstar>, true}}};
+  static const std::map<std::string, Kind> table{
+      {"BITstar", {&make<og::BITstar>, true, false}},
+      {"LazyPRM", {&make<og::LazyPRM>, false, true}},
+      {"PRM", {&make<og::PRM>, false, true}},
+      {"RRTConnect", {&makeWithRange<og::RRTConnect>, false, false}},
+      {"RRTstar", {&makeWithRange<og::RRTstar>, true, false}}};
   return table;
 }
 
@@ -163,25 +132,69 @@ void checkPlannerName(const std::string& name) {
   throw std::invalid_argument("unknown planner '" + name + "'; valid: " + valid);
 }
 
+bool keepsRoadmap(const std::string& planner) {
+  checkPlannerName(planner);
+  return kinds().at(planner).roadmap;
+}
+
+void seedOmpl(std::uint32_t seed) {
+  ompl::RNG::setSeed(seed + 1U == 0U ? 1U : seed + 1U);  // OMPL takes 0 for "any"
+}
+
+ob::SpaceInformationPtr makeSpace(const std::shared_ptr<SearchProblem>& problem) {
+  auto info = std::make_shared<ob::SpaceInformation>(
+      std::make_shared<Space>(static_cast<unsigned int>(problem->lower.size())));
+  setBounds(*info, *problem);
+  info->setStateValidityChecker(std::make_shared<Validity>(info, problem));
+  info->setMotionValidator(std::make_shared<EdgeValidity>(info, problem));
+  info->setup();
+  return info;
+}
+
+ob::ProblemDefinitionPtr makeDefinition(const ob::SpaceInformationPtr& info, const SearchProblem& problem) {
+  setBounds(*info, problem);
+  auto definition = std::make_shared<ob::ProblemDefinition>(info);
+  ob::ScopedState<Space> state(info);
+  toState(problem.start, state.get());
+  definition->addStartState(state);
+  auto goals = std::make_shared<ob::GoalStates>(info);
+  for (const JointVector& q : problem.goals) {
+    toState(q, state.get());
+    goals->addState(state);
+  }
+  definition->setGoal(goals);
+  return definition;
+}
+
+ob::PlannerPtr makePlanner(const std::string& name, const ob::SpaceInformationPtr& info,
+                           const SearchProblem& problem) {
+  checkPlannerName(name);
+  return kinds().at(name).make(info, problem);
+}
+
+std::optional<JointPath> exactPath(const ob::ProblemDefinition& definition) {
+  if (!definition.hasExactSolution()) return std::nullopt;
+  const auto* solution = definition.getSolutionPath()->as<og::PathGeometric>();
+  const unsigned int dimension = definition.getSpaceInformation()->getStateDimension();
+  JointPath path;
+  for (std::size_t i = 0; i < solution->getStateCount(); ++i) {
+    path.push_back(toVector(solution->getState(static_cast<unsigned int>(i)), dimension));
+  }
+  return path;
+}
+
 std::optional<JointPath> findPath(const SearchProblem& problem, const std::string& planner,
                                   std::uint32_t seed, const std::function<bool()>& stop) {
   checkPlannerName(planner);
-  const Kind& kind = kinds().at(planner);
   const QuietOmpl quiet;
-  ompl::RNG::setSeed(seed + 1U == 0U ? 1U : seed + 1U);  // OMPL takes 0 for "any"
-  const auto info = makeSpace(problem);
+  seedOmpl(seed);
+  const auto info = makeSpace(std::make_shared<SearchProblem>(problem));
   const auto definition = makeDefinition(info, problem);
-  const auto search = kind.make(info, problem);
+  const auto search = makePlanner(planner, info, problem);
   search->setProblemDefinition(definition);
   search->setup();
-  search->solve(termination(stop, kind.improves, problem.quality_rounds));
-  if (!definition->hasExactSolution()) return std::nullopt;
-  const auto* solution = definition->getSolutionPath()->as<og::PathGeometric>();
-  JointPath path;
-  for (std::size_t i = 0; i < solution->getStateCount(); ++i) {
-    path.push_back(toVector(solution->getState(static_cast<unsigned int>(i)), info->getStateDimension()));
-  }
-  return path;
+  search->solve(termination(stop, kinds().at(planner).improves, problem.quality_rounds));
+  return exactPath(*definition);
 }
 
 }  // namespace ompl_planner

@@ -100,6 +100,7 @@ PreparedWorld WorldMemory::get(const std::shared_ptr<const VoxelGrid>& map, Unkn
                          ? map
                          : std::make_shared<VoxelGrid>(
                                applyPolicy(*map, policy, model, group, poses, T_map_root, bubble_radius_m));
+  entry.world.blocks = std::make_shared<ObstacleBlocks>(*entry.world.grid);
   entry.world.field = std::make_shared<DistanceField>(*entry.world.grid, entry.region, field_cap_);
   if (with_octree_) entry.world.octree = std::make_shared<ObstacleOctree>(*entry.world.grid, entry.region);
   if (lasting) {

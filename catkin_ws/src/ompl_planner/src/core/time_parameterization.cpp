@@ -154,25 +154,21 @@ class Profile {
   std::vector<double> times_{0.0};
 };
 
-/// Positions of a stretch at a fine even spacing, held still before and after it.
+/// Positions of a stretch at `count` even fine steps, held still before and after it.
 class FinePositions {
  public:
-  FinePositions(const BlendedPath& path, const Profile& profile, double step)
-      : step_(step), count_(static_cast<std::size_t>(std::ceil(profile.duration() / step)) + 1) {
-    for (std::size_t i = 0; i < count_; ++i) {
-      q_.push_back(
-          path.at(profile.parameterAt(std::min(static_cast<double>(i) * step, profile.duration()))).q);
+  FinePositions(const BlendedPath& path, const Profile& profile, std::ptrdiff_t count) : count_(count) {
+    for (std::ptrdiff_t i = 0; i <= count; ++i) {
+      const double share = static_cast<double>(i) / static_cast<double>(count);
+      q_.push_back(path.at(profile.parameterAt(share * profile.duration())).q);
     }
   }
-  std::size_t size() const { return count_; }
   const JointVector& at(std::ptrdiff_t i) const {
-    return q_[static_cast<std::size_t>(
-        std::clamp<std::ptrdiff_t>(i, 0, static_cast<std::ptrdiff_t>(count_) - 1))];
+    return q_[static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(i, 0, count_))];
   }
 
  private:
-  double step_;
-  std::size_t count_;
+  std::ptrdiff_t count_;
   JointPath q_;
 };
 
@@ -184,18 +180,31 @@ void appendPoint(TimedTrajectory& out, double time, const JointVector& q, const 
   out.accelerations.push_back(ddq);
 }
 
-constexpr int kFine = 10;  // fine steps per sample period: the window average is a sum over them
+constexpr int kFine = 10;         // fine steps per sample: the window average is a sum over them
+constexpr double kSamples = 120;  // of a stretch, at least: short motions get short samples and short ramps
 
-/// Appends one stretch, from rest to rest, averaged over `window` fine steps (twice one step at least: the
-/// central differences of a piecewise constant acceleration need it).
+/// How a stretch is sampled: `samples` of kFine equal fine steps; the window average spans `window` of those.
+struct Sampling {
+  std::ptrdiff_t window;
+  std::ptrdiff_t samples;
+  double step;  ///< Of time, fine [s]; motion and window together fill the samples exactly.
+};
+
+Sampling samplingOf(double duration, const TimingOptions& options) {
+  const double period = std::min(options.sample_period_s, duration / kSamples);
+  const double windows = kFine * options.smoothing_time_s / options.sample_period_s;
+  // two steps at least: the central differences of a piecewise constant acceleration need it
+  const auto window = std::max<std::ptrdiff_t>(2, static_cast<std::ptrdiff_t>(std::lround(windows)));
+  const double fine = kFine * duration / period + static_cast<double>(window);
+  const auto samples = static_cast<std::ptrdiff_t>(std::ceil(fine / kFine));
+  return {window, samples, duration / static_cast<double>(samples * kFine - window)};
+}
+
+/// Appends one stretch, from rest to rest, averaged over a window of time.
 void appendStretch(const BlendedPath& path, const Profile& profile, const TimingOptions& options,
                    TimedTrajectory& out) {
-  const double step = options.sample_period_s / kFine;
-  const FinePositions fine(path, profile, step);
-  const auto window =
-      std::max<std::ptrdiff_t>(2, static_cast<std::ptrdiff_t>(std::lround(options.smoothing_time_s / step)));
-  const auto total = static_cast<std::ptrdiff_t>(fine.size()) - 1 + window;
-  const auto samples = (total + kFine - 1) / kFine;
+  const auto [window, samples, step] = samplingOf(profile.duration(), options);
+  const FinePositions fine(path, profile, samples * kFine - window);
   const double begin = out.duration();
   for (std::ptrdiff_t k = out.times.empty() ? 0 : 1; k <= samples; ++k) {
     const std::ptrdiff_t end = k * kFine;
@@ -207,8 +216,8 @@ void appendStretch(const BlendedPath& path, const Profile& profile, const Timing
     const JointVector acceleration =
         (fine.at(end + 1) - fine.at(end - 1) - fine.at(end - window + 1) + fine.at(end - window - 1)) /
         (2.0 * step * width);
-    appendPoint(out, begin + static_cast<double>(k) * options.sample_period_s,
-                sum / static_cast<double>(window), velocity, acceleration);
+    appendPoint(out, begin + static_cast<double>(end) * step, sum / static_cast<double>(window), velocity,
+                acceleration);
   }
   out.velocities.back().setZero();
   out.accelerations.back().setZero();

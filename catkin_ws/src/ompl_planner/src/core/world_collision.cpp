@@ -109,8 +109,12 @@ Shape shrunken(const Shape& shape, double depth_m) {
 
 WorldCollision::WorldCollision(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
                                const Eigen::Isometry3d& T_map_root, std::shared_ptr<const VoxelGrid> grid,
-                               double padding_m, bool outside_is_free)
-    : T_map_root_(T_map_root), grid_(std::move(grid)), outside_is_free_(outside_is_free) {
+                               double padding_m, bool outside_is_free,
+                               std::shared_ptr<const ObstacleBlocks> blocks)
+    : T_map_root_(T_map_root),
+      grid_(std::move(grid)),
+      blocks_(std::move(blocks)),
+      outside_is_free_(outside_is_free) {
   const double edge = grid_->resolution();
   voxel_box_ = std::make_shared<fcl::Boxd>(edge, edge, edge);
   for (const int link : group.moved_links) {
@@ -205,6 +209,7 @@ bool WorldCollision::visitObstacles(const CollisionBody& body, const Placement& 
   const VoxelIndex low = grid_->indexOf(box.min());
   const VoxelIndex high = grid_->indexOf(box.max());
   const bool leaves_grid = !grid_->contains(low) || !grid_->contains(high);
+  if (blocks_ && !leaves_grid && blocks_->allFree(low, high)) return true;
   for (int x = low.x(); x <= high.x(); ++x) {
     for (int y = low.y(); y <= high.y(); ++y) {
       if (leaves_grid) {

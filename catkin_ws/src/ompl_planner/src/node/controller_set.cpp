@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "ros_stopwatch.h"
+
 namespace ompl_planner {
 namespace {
 
@@ -59,10 +61,10 @@ void ControllerSet::assign(const trajectory_msgs::JointTrajectory& trajectory) {
 
 bool ControllerSet::connect(double wait_s, const std::function<bool()>& stop, std::string& why) {
   for (Part& part : parts_) part.client = std::make_unique<Client>(part.action, /*spin_thread=*/true);
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(wait_s);
+  RosStopwatch stopwatch;
   for (Part& part : parts_) {
     while (!part.client->isServerConnected()) {
-      if (stop() || std::chrono::steady_clock::now() >= deadline) {
+      if (stop() || stopwatch.elapsed() >= wait_s) {
         why = "controller '" + part.action + "' does not answer";
         return false;
       }
@@ -102,7 +104,13 @@ void ControllerSet::cancelAll() {
   }
 }
 
+bool ControllerSet::connected() const {
+  return sent_ && std::all_of(parts_.begin(), parts_.end(),
+                              [](const Part& part) { return part.client->isServerConnected(); });
+}
+
 bool ControllerSet::allDone() const {
+  if (!sent_) return true;
   return std::all_of(parts_.begin(), parts_.end(),
                      [](const Part& part) { return part.client->getState().isDone(); });
 }

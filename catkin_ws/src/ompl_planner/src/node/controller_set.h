@@ -30,8 +30,8 @@ class ControllerSet {
   ///   controller that the trajectory leaves out: a controller takes all of its joints or none.
   void assign(const trajectory_msgs::JointTrajectory& trajectory);
 
-  /// @return False, with the reason, when a controller's action server does not answer within wait_s or
-  /// `stop` fires.
+  /// @return False, with the reason, when a controller's action server does not answer within wait_s of ROS
+  /// time or `stop` fires.
   bool connect(double wait_s, const std::function<bool()>& stop, std::string& why);
 
   /// Sends all goals, one right after the other, with stamp 0: start at once.
@@ -42,6 +42,8 @@ class ControllerSet {
 
   void cancelAll();
   bool allDone() const;
+  /// Do the action servers of all goals that were sent still answer?
+  bool connected() const;
 
   /// Largest absolute position error that any controller has reported [rad].
   double maxTrackingError() const { return max_error_; }

@@ -1,5 +1,7 @@
 #include "conversions.h"
 
+#include <octomap/OcTree.h>
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -45,6 +47,44 @@ JointVector vectorOr(const std::vector<double>& values, std::size_t size, const 
   return Eigen::Map<const JointVector>(values.data(), static_cast<Eigen::Index>(size));
 }
 
+/// A unit vector; z for one that is not filled in.
+Eigen::Vector3d rollAxis(const geometry_msgs::Vector3& msg) {
+  const Eigen::Vector3d axis(msg.x, msg.y, msg.z);
+  if (!axis.allFinite()) throw std::invalid_argument("roll_axis is not finite");
+  return axis.isZero(0.0) ? Eigen::Vector3d::UnitZ() : Eigen::Vector3d(axis.normalized());
+}
+
+std::vector<JointVector> seedsFromList(const std::vector<double>& values, std::size_t poses) {
+  if (values.empty()) return {};
+  if (poses == 0 || values.size() % poses != 0) {
+    throw std::invalid_argument("goal_seeds has " + std::to_string(values.size()) + " values for " +
+                                std::to_string(poses) + " poses");
+  }
+  const auto joints = static_cast<Eigen::Index>(values.size() / poses);
+  std::vector<JointVector> seeds;
+  for (std::size_t i = 0; i < poses; ++i) {
+    seeds.emplace_back(
+        Eigen::Map<const JointVector>(values.data() + static_cast<Eigen::Index>(i) * joints, joints));
+  }
+  return seeds;
+}
+
+fv_robot_model::Shape shapeFromMsg(const fv_msgs::AttachedObject& msg) {
+  using fv_robot_model::Shape;
+  const Eigen::Isometry3d T_link_shape = isometryFromMsg(msg.pose, "its pose");
+  switch (msg.kind) {
+    case fv_msgs::AttachedObject::BOX:
+      return Shape::box({msg.dimensions.x, msg.dimensions.y, msg.dimensions.z}, T_link_shape);
+    case fv_msgs::AttachedObject::CYLINDER:
+      return Shape::cylinder(msg.dimensions.x, msg.dimensions.y, T_link_shape);
+    case fv_msgs::AttachedObject::SPHERE:
+      return Shape::sphere(msg.dimensions.x, T_link_shape);
+    default:
+      throw std::invalid_argument("its kind is " + std::to_string(msg.kind) +
+                                  "; valid: 0 (BOX), 1 (CYLINDER), 2 (SPHERE)");
+  }
+}
+
 std::vector<double> toList(const JointVector& values) {
   return {values.data(), values.data() + values.size()};
 }
@@ -74,7 +114,7 @@ geometry_msgs::Pose msgFromIsometry(const Eigen::Isometry3d& T) {
   return pose;
 }
 
-std::unique_ptr<octomap::OcTree> octreeFromMsg(const fv_msgs::MapUpdate& msg) {
+VoxelGrid gridFromMsg(const fv_msgs::MapUpdate& msg, const Eigen::AlignedBox3d& region) {
   const auto& octomap = msg.octomap;
   if (octomap.id != "OcTree")
     throw std::invalid_argument("map: tree type '" + octomap.id + "' is not OcTree");
@@ -86,16 +126,15 @@ std::unique_ptr<octomap::OcTree> octreeFromMsg(const fv_msgs::MapUpdate& msg) {
                                 "', the message in '" + msg.header.frame_id + "'");
   }
   if (octomap.data.empty()) throw std::invalid_argument("map: it has no voxels");
-  auto tree = std::make_unique<octomap::OcTree>(octomap.resolution);
-  std::stringstream stream(std::string(octomap.data.begin(), octomap.data.end()));
   if (octomap.binary) {
-    tree->readBinaryData(stream);
-  } else {
-    tree->readData(stream);
+    return VoxelGrid::fromBinaryPayload(octomap.data.data(), octomap.data.size(), octomap.resolution, region);
   }
+  octomap::OcTree tree(octomap.resolution);
+  std::stringstream stream(std::string(octomap.data.begin(), octomap.data.end()));
+  tree.readData(stream);
   if (stream.fail() && !stream.eof()) throw std::invalid_argument("map: its data are broken");
-  if (tree->size() == 0) throw std::invalid_argument("map: it has no voxels");
-  return tree;
+  if (tree.size() == 0) throw std::invalid_argument("map: it has no voxels");
+  return VoxelGrid::fromOctree(tree, region);
 }
 
 PlanRequest requestFromMsg(const fv_msgs::PlanMotionGoal& msg) {
@@ -123,6 +162,8 @@ PlanRequest requestFromMsg(const fv_msgs::PlanMotionGoal& msg) {
   request.position_tolerance_m = msg.position_tolerance;
   request.angle_tolerance_rad = msg.angle_tolerance;
   request.free_roll = msg.free_roll;
+  request.roll_axis = rollAxis(msg.roll_axis);
+  request.goal_seeds = seedsFromList(msg.goal_seeds, msg.goal_poses.poses.size());
   request.planner = msg.planner;
   request.time_budget_s = msg.time_budget;
   request.seed = msg.seed;
@@ -143,6 +184,18 @@ void overlayJoints(const sensor_msgs::JointState& msg, const fv_robot_model::Rob
     }
     q_all[model.jointIndex(msg.name[i])] = msg.position[i];
   }
+}
+
+std::vector<HeldObject> heldObjectsFromMsg(const std::vector<fv_msgs::AttachedObject>& objects) {
+  std::vector<HeldObject> held;
+  for (const auto& object : objects) {
+    try {
+      held.push_back({object.name, object.link, object.touch_links, shapeFromMsg(object)});
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("object '" + object.name + "': " + error.what());
+    }
+  }
+  return held;
 }
 
 fv_msgs::PlanMotionResult msgFromResult(const PlanResult& result) {

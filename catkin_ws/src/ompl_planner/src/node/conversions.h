@@ -1,16 +1,17 @@
 /// Messages to core types and back. Pure: no node, no parameter, no clock.
 #pragma once
 
+#include <fv_msgs/AttachedObject.h>
 #include <fv_msgs/MapUpdate.h>
 #include <fv_msgs/PlanMotionAction.h>
 #include <fv_robot_model/robot_model.h>
 #include <geometry_msgs/Pose.h>
 #include <geometry_msgs/Transform.h>
-#include <octomap/OcTree.h>
 #include <trajectory_msgs/JointTrajectory.h>
 
 #include <memory>
 
+#include "ompl_planner/motion_planner.h"
 #include "ompl_planner/plan_types.h"
 
 namespace ompl_planner {
@@ -21,11 +22,10 @@ Eigen::Isometry3d isometryFromMsg(const geometry_msgs::Pose& pose, const std::st
 Eigen::Isometry3d isometryFromMsg(const geometry_msgs::Transform& transform);
 geometry_msgs::Pose msgFromIsometry(const Eigen::Isometry3d& T);
 
-/// The octree of a message, binary or full.
+/// The part of a message's octree, binary or full, that lies in a region.
 /// @throws std::invalid_argument for another tree type, a resolution that is not positive, broken data, a
-/// tree without
-///   voxels, or frames that contradict each other.
-std::unique_ptr<octomap::OcTree> octreeFromMsg(const fv_msgs::MapUpdate& msg);
+/// tree without voxels, or frames that contradict each other.
+VoxelGrid gridFromMsg(const fv_msgs::MapUpdate& msg, const Eigen::AlignedBox3d& region);
 
 /// All fields but those that need the robot's state or TF: start, map, transform and the frame of the poses,
 /// which are taken as they stand in the message.
@@ -38,6 +38,9 @@ PlanRequest requestFromMsg(const fv_msgs::PlanMotionGoal& msg);
 /// joints.
 void overlayJoints(const sensor_msgs::JointState& msg, const fv_robot_model::RobotModel& model,
                    Eigen::VectorXd& q_all);
+
+/// @throws std::invalid_argument naming the object: unknown kind, sizes that are not positive, broken poses.
+std::vector<HeldObject> heldObjectsFromMsg(const std::vector<fv_msgs::AttachedObject>& objects);
 
 fv_msgs::PlanMotionResult msgFromResult(const PlanResult& result);
 

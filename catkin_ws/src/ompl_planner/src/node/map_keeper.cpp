@@ -4,6 +4,7 @@
 #include <stdexcept>
 
 #include "conversions.h"
+#include "ros_stopwatch.h"
 
 namespace ompl_planner {
 namespace {
@@ -12,7 +13,7 @@ constexpr std::size_t kKeptMaps = 12;  // a few MB each
 
 }  // namespace
 
-MapKeeper::MapKeeper(ros::NodeHandle& nh, const MotionPlanner& planner, const RobotState& state)
+MapKeeper::MapKeeper(ros::NodeHandle& nh, const CurrentPlanner& planner, const RobotState& state)
     : planner_(planner), state_(state) {
   subscriber_ = nh.subscribe("/fv_exploration/map", 2, &MapKeeper::onMap, this);
 }
@@ -21,7 +22,7 @@ void MapKeeper::onMap(const fv_msgs::MapUpdateConstPtr& msg) {
   std::optional<PlacedMap> placed;
   {
     const std::lock_guard<std::mutex> lock(mutex_);
-    pending_ = msg;
+    last_ = msg;
     place(*msg);
     if (!maps_.empty()) placed = maps_.back();
   }
@@ -29,23 +30,36 @@ void MapKeeper::onMap(const fv_msgs::MapUpdateConstPtr& msg) {
   if (placed && on_placed_) on_placed_(*placed);
 }
 
+void MapKeeper::placeAgain() {
+  std::optional<PlacedMap> placed;
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!last_) return;
+    maps_.clear();
+    place(*last_);
+    if (!maps_.empty()) placed = maps_.back();
+  }
+  if (placed && on_placed_) on_placed_(*placed);
+}
+
 /// Call with the mutex held. Leaves the message pending when it cannot be placed, with the reason.
 void MapKeeper::place(const fv_msgs::MapUpdate& msg) {
+  pending_ = true;
   try {
     if (msg.sequence == 0) throw std::invalid_argument("the explorer has no map yet (sequence 0)");
     PlacedMap placed;
+    const auto planner = planner_.get();
     placed.frame = msg.header.frame_id;
-    placed.T_map_root = state_.transform(placed.frame, planner_.model().rootLink());
-    const auto tree = octreeFromMsg(msg);
+    placed.stamp = msg.header.stamp;
+    placed.T_map_root = state_.transform(placed.frame, planner->model().rootLink());
     placed.map.sequence = msg.sequence;
-    placed.map.grid =
-        std::make_shared<VoxelGrid>(VoxelGrid::fromOctree(*tree, planner_.reach(placed.T_map_root)));
+    placed.map.grid = std::make_shared<VoxelGrid>(gridFromMsg(msg, planner->reach(placed.T_map_root)));
     // An explorer that was restarted counts from 1 again: what came before belongs to another map.
     if (!maps_.empty() && msg.sequence < maps_.back().map.sequence) maps_.clear();
     if (!maps_.empty() && msg.sequence == maps_.back().map.sequence) maps_.pop_back();
     maps_.push_back(placed);
     if (maps_.size() > kKeptMaps) maps_.pop_front();
-    pending_.reset();
+    pending_ = false;
     problem_.clear();
   } catch (const std::exception& error) {
     problem_ = error.what();
@@ -56,10 +70,7 @@ void MapKeeper::place(const fv_msgs::MapUpdate& msg) {
 
 std::optional<PlacedMap> MapKeeper::latest(std::string& why) {
   const std::lock_guard<std::mutex> lock(mutex_);
-  if (pending_) {
-    const auto msg = pending_;
-    place(*msg);
-  }
+  if (pending_ && last_) place(*last_);
   why = problem_;
   if (maps_.empty()) return std::nullopt;
   return maps_.back();
@@ -67,13 +78,13 @@ std::optional<PlacedMap> MapKeeper::latest(std::string& why) {
 
 std::optional<PlacedMap> MapKeeper::atLeast(std::uint64_t sequence, double wait_s,
                                             const std::function<bool()>& stop, std::string& why) {
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::duration<double>(wait_s);
+  RosStopwatch stopwatch;
   while (true) {
     auto map = latest(why);
     const bool good = map && map->map.sequence >= sequence;
-    if (good || sequence == 0 || stop() || std::chrono::steady_clock::now() >= deadline) return map;
+    if (good || sequence == 0 || stop() || stopwatch.elapsed() >= wait_s || !ros::ok()) return map;
     std::unique_lock<std::mutex> lock(mutex_);
-    arrived_.wait_for(lock, std::chrono::milliseconds(20));
+    arrived_.wait_for(lock, std::chrono::milliseconds(10));  // then look at the ROS clock and at stop again
   }
 }
 

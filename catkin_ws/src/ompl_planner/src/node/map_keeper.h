@@ -11,7 +11,7 @@
 #include <optional>
 #include <string>
 
-#include "ompl_planner/motion_planner.h"
+#include "current_planner.h"
 #include "ompl_planner/plan_types.h"
 #include "robot_state.h"
 
@@ -21,6 +21,7 @@ namespace ompl_planner {
 struct PlacedMap {
   MapSnapshot map;
   std::string frame;
+  ros::Time stamp;
   Eigen::Isometry3d T_map_root{Eigen::Isometry3d::Identity()};
 };
 
@@ -28,15 +29,18 @@ struct PlacedMap {
 /// Thread-safe; snapshots are immutable, so planning reads one while the next map comes in.
 class MapKeeper {
  public:
-  MapKeeper(ros::NodeHandle& nh, const MotionPlanner& planner, const RobotState& state);
+  MapKeeper(ros::NodeHandle& nh, const CurrentPlanner& planner, const RobotState& state);
 
   /// Called with each new map, in the thread that received it. Set it before maps come.
   void onPlaced(std::function<void(const PlacedMap&)> callback) { on_placed_ = std::move(callback); }
 
+  /// The robot reaches further, or less far, than before: the latest message is placed anew, older maps go.
+  void placeAgain();
+
   /// The latest map; empty, with the reason in `why`, when there is none.
   std::optional<PlacedMap> latest(std::string& why);
-  /// As latest, after waiting up to wait_s for a map of at least this sequence number; may return an older
-  /// one.
+  /// As latest, after waiting up to wait_s of ROS time for a map of at least this sequence number; may return
+  /// an older one.
   std::optional<PlacedMap> atLeast(std::uint64_t sequence, double wait_s, const std::function<bool()>& stop,
                                    std::string& why);
   /// A map that was received before; empty when it is no longer kept.
@@ -46,13 +50,14 @@ class MapKeeper {
   void onMap(const fv_msgs::MapUpdateConstPtr& msg);
   void place(const fv_msgs::MapUpdate& msg);
 
-  const MotionPlanner& planner_;
+  const CurrentPlanner& planner_;
   const RobotState& state_;
   mutable std::mutex mutex_;
   std::condition_variable arrived_;
   std::deque<PlacedMap> maps_;  ///< Oldest first.
   std::function<void(const PlacedMap&)> on_placed_;
-  fv_msgs::MapUpdateConstPtr pending_;  ///< Came before the robot's place was known.
+  fv_msgs::MapUpdateConstPtr last_;  ///< The newest message.
+  bool pending_{false};              ///< It came before the robot's place was known.
   std::string problem_{"no map has been received yet"};
   ros::Subscriber subscriber_;
 };

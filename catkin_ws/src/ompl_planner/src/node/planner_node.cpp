@@ -1,9 +1,11 @@
-/// Node of the planner: the actions /ompl_planner/plan and /ompl_planner/execute on the shared map.
+/// Node of the planner: plan, execute, or both, on the shared map.
 #include <ros/ros.h>
 
-#include "execute_server.h"
+#include "action_servers.h"
+#include "current_planner.h"
+#include "execution.h"
 #include "map_keeper.h"
-#include "plan_server.h"
+#include "planning.h"
 #include "robot_state.h"
 
 namespace {
@@ -11,11 +13,15 @@ namespace {
 int runNode() {
   ros::NodeHandle nh;
   const auto params = ompl_planner::readNodeParams(nh, ros::NodeHandle("~"));
-  const ompl_planner::MotionPlanner planner(params.model, params.rates, params.planner);
+  ompl_planner::CurrentPlanner planner(
+      nh, std::make_shared<ompl_planner::MotionPlanner>(params.model, params.rates, params.planner));
   ompl_planner::RobotState state(nh, params.model, params.node.joint_state_timeout_s);
   ompl_planner::MapKeeper maps(nh, planner, state);
-  ompl_planner::PlanServer plan_server(nh, planner, state, maps, params.node);
-  ompl_planner::ExecuteServer execute_server(nh, planner, state, maps, params);
+  ompl_planner::Planning planning(planner, state, maps, params.node);
+  ompl_planner::Execution execution(nh, planner, state, maps, params);
+  maps.onPlaced([&planning](const ompl_planner::PlacedMap& map) { planning.warm(map); });
+  planner.onChange([&maps] { maps.placeAgain(); });
+  ompl_planner::ActionServers servers(nh, planning, execution);
   ros::AsyncSpinner spinner(3);  // last: its threads end before what they call
   spinner.start();
   ROS_INFO("ompl_planner is ready for robot '%s'", params.model->name().c_str());

@@ -1,21 +1,26 @@
-"""Command line of the planner: plan a motion to a named pose, joint values or a tip pose, then execute it."""
+"""Command line of the planner: plan a motion to a named pose, joint values or a pose, then execute it."""
 
 from __future__ import annotations
 
 import argparse
 import sys
+import time
 
 import actionlib
 import rospy
+from actionlib import CommState
 from fv_msgs.msg import (
-    ExecuteMotionAction,
-    ExecuteMotionGoal,
-    ExecuteMotionResult,
+    PlanAndExecuteAction,
+    PlanAndExecuteGoal,
+    PlanAndExecuteResult,
     PlanMotionAction,
     PlanMotionGoal,
     PlanMotionResult,
 )
 from geometry_msgs.msg import Pose
+
+CONNECT_S = 5.0
+POLL_S = 0.02
 
 UNKNOWN_SPACE = {
     "obstacle": PlanMotionGoal.UNKNOWN_IS_OBSTACLE,
@@ -40,15 +45,14 @@ def parser() -> argparse.ArgumentParser:
     goal = result.add_mutually_exclusive_group(required=True)
     goal.add_argument("--named", metavar="NAME", help="named pose of the group (SRDF group_state)")
     goal.add_argument("--joints", nargs="+", type=parse_joint, metavar="JOINT=RAD", help="joint values [rad]")
+    numbers = {"nargs": 7, "type": float, "metavar": ("X", "Y", "Z", "QX", "QY", "QZ", "QW")}
+    goal.add_argument("--pose", **numbers, help="pose of the tip [m]")
     goal.add_argument(
-        "--pose",
-        nargs=7,
-        type=float,
-        metavar=("X", "Y", "Z", "QX", "QY", "QZ", "QW"),
-        help="pose of the tip [m]",
+        "--camera", **numbers, help="pose of the camera's optical frame, z forward [m]; any roll will do"
     )
     result.add_argument("--group", default="", help="SRDF group; default: the robot's exploring group")
-    result.add_argument("--frame", default="", help="frame of --pose; default: the map frame")
+    result.add_argument("--frame", default="", help="frame of the pose; default: the map frame")
+    result.add_argument("--tip", default="", help="link that --pose speaks of; default: the group's tip")
     result.add_argument(
         "--free-roll", action="store_true", help="any rotation about the tip's z axis will do"
     )
@@ -64,8 +68,17 @@ def parser() -> argparse.ArgumentParser:
     return result
 
 
-def goal_from_args(args: argparse.Namespace, group: str) -> PlanMotionGoal:
-    """The planning request that the options ask for."""
+def pose_from_numbers(numbers: list[float]) -> Pose:
+    """Position x y z [m], then quaternion x y z w."""
+    pose = Pose()
+    pose.position.x, pose.position.y, pose.position.z = numbers[:3]
+    orientation = pose.orientation
+    orientation.x, orientation.y, orientation.z, orientation.w = numbers[3:]
+    return pose
+
+
+def goal_from_args(args: argparse.Namespace, group: str, camera_frame: str = "") -> PlanMotionGoal:
+    """The planning request that the options ask for; ``camera_frame`` is what --camera speaks of."""
     goal = PlanMotionGoal(group=group, planner=args.planner, time_budget=args.budget, seed=args.seed)
     goal.unknown_space = UNKNOWN_SPACE[args.unknown]
     if args.named:
@@ -77,61 +90,91 @@ def goal_from_args(args: argparse.Namespace, group: str) -> PlanMotionGoal:
         goal.goal_joints.position = [value for _, value in args.joints]
     else:
         goal.goal_type = PlanMotionGoal.GOAL_POSES
-        pose = Pose()
-        pose.position.x, pose.position.y, pose.position.z = args.pose[:3]
-        orientation = pose.orientation
-        orientation.x, orientation.y, orientation.z, orientation.w = args.pose[3:]
         goal.goal_poses.header.frame_id = args.frame
-        goal.goal_poses.poses = [pose]
-        goal.free_roll = args.free_roll
+        goal.goal_poses.poses = [pose_from_numbers(args.camera or args.pose)]
+        goal.tip_link = camera_frame if args.camera else args.tip
+        goal.free_roll = args.free_roll or bool(args.camera)
     return goal
 
 
 def call(name: str, action: type, goal: object) -> object:
     """Send a goal and wait for its result; Ctrl-C cancels it.
 
-    :raises ConnectionError: the planner does not answer within 5 s.
+    The planner must answer within 5 s of wall time: a simulated clock that stands still must not keep a user waiting.
+
+    :raises ConnectionError: the planner does not answer, or went away.
     """
-    client = actionlib.SimpleActionClient(name, action)
-    if not client.wait_for_server(rospy.Duration(5.0)):
-        raise ConnectionError(f"{name} does not answer: is planner_node running?")
-    rospy.on_shutdown(client.cancel_goal)
-    client.send_goal(goal)
-    client.wait_for_result()
-    result = client.get_result()
+    client = actionlib.ActionClient(name, action)
+    deadline_s = time.monotonic() + CONNECT_S
+    while client.pub_goal.get_num_connections() == 0 or not client.last_status_msg:
+        if rospy.is_shutdown() or time.monotonic() > deadline_s:
+            raise ConnectionError(f"{name} does not answer: is planner_node running?")
+        time.sleep(POLL_S)
+    handle = client.send_goal(goal)
+    try:
+        while handle.get_comm_state() not in (CommState.DONE, CommState.LOST):
+            if rospy.is_shutdown() or client.pub_goal.get_num_connections() == 0:
+                raise ConnectionError(f"{name} went away")
+            time.sleep(POLL_S)
+    except KeyboardInterrupt:
+        handle.cancel()
+        raise
+    result = handle.get_result()
     if result is None:
         raise ConnectionError(f"{name} gave no result")
     return result
 
 
+def describe(plan: PlanMotionResult) -> str:
+    """One line about a plan."""
+    return (
+        f"plan: {len(plan.trajectory.points)} points, {plan.duration:.2f} s, {plan.path_length:.2f} rad, "
+        f"clearance {plan.clearance:.3f} m, map {plan.map_sequence}, "
+        f"computed in {1e3 * sum(plan.stage_seconds):.0f} ms"
+    )
+
+
+def exploring(key: str) -> str:
+    """An entry of the robot's exploration: its group or its camera; empty when there is none."""
+    return rospy.get_param("/robot", {}).get("exploration", {}).get(key, "")
+
+
+def camera_frame() -> str:
+    """Optical frame of the exploring camera; empty when there is none."""
+    return rospy.get_param("/sensors", {}).get(exploring("camera"), {}).get("optical_frame", "")
+
+
 def move(args: argparse.Namespace) -> int:
-    """Plan, then execute unless told otherwise; 0 on success, 1 with one line on stderr."""
-    group = args.group or rospy.get_param("/robot", {}).get("exploration", {}).get("group", "")
-    plan = call("/ompl_planner/plan", PlanMotionAction, goal_from_args(args, group))
+    """Plan, and execute unless told otherwise; 0 on success, 1 with one line on stderr."""
+    goal = goal_from_args(args, args.group or exploring("group"), camera_frame())
+    if args.plan_only:
+        plan = call("/ompl_planner/plan", PlanMotionAction, goal)
+        done = None
+    else:
+        done = call("/ompl_planner/plan_and_execute", PlanAndExecuteAction, PlanAndExecuteGoal(plan=goal))
+        plan = done.plan
     if plan.status != PlanMotionResult.SUCCESS:
         print(f"move: no plan: {plan.message}", file=sys.stderr)
         return 1
-    print(
-        f"plan: {len(plan.trajectory.points)} points, {plan.duration:.2f} s, {plan.path_length:.2f} rad, "
-        f"clearance {plan.clearance:.3f} m, map {plan.map_sequence}"
-    )
-    if args.plan_only:
+    print(describe(plan))
+    if done is None:
         return 0
-    goal = ExecuteMotionGoal(trajectory=plan.trajectory, map_sequence=plan.map_sequence)
-    done = call("/ompl_planner/execute", ExecuteMotionAction, goal)
-    if done.status != ExecuteMotionResult.SUCCESS:
+    if done.status != PlanAndExecuteResult.SUCCESS:
         print(f"move: not executed: {done.message}", file=sys.stderr)
         return 1
-    print(f"executed, largest tracking error {done.max_tracking_error:.4f} rad")
+    print(f"executed, largest tracking error {done.execution.max_tracking_error:.4f} rad")
     return 0
 
 
 def main(argv: list[str] | None = None) -> int:
     """Entry point of ``rosrun ompl_planner move``."""
     args = parser().parse_args(rospy.myargv(argv)[1:] if argv is None else argv)
-    rospy.init_node("move", anonymous=True)
+    rospy.init_node("move", anonymous=True, disable_signals=True)
     try:
         return move(args)
     except ConnectionError as err:
         print(f"move: {err}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print("move: cancelled", file=sys.stderr)
+        return 130

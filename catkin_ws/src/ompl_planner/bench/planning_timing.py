@@ -1,0 +1,56 @@
+"""Do plans keep the limits, and how far are they from toppra's optimum?"""
+
+from __future__ import annotations
+
+import numpy as np
+from ompl_planner import _core
+from planning_setup import Bench, row, spread
+
+
+def limit_excess(bench: Bench, plan: dict) -> float:
+    """Largest share of a position, velocity or acceleration limit that the interpolated plan uses; 1 is all."""
+    trajectory = plan["trajectory"]
+    times = np.arange(0.0, trajectory["times"][-1], 0.002)
+    if len(times) == 0:
+        return 0.0
+    q, dq, ddq = _core.interpolate(trajectory=trajectory, times=times)
+    velocity, acceleration = np.array([bench.rates[joint] for joint in plan["joint_names"]]).T
+    names, limits = bench.fast.joint_names, bench.fast.limits()
+    low, high = np.array([limits[names.index(joint)] for joint in plan["joint_names"]]).T
+    position = np.abs(q - (low + high) / 2) / ((high - low) / 2 + 1e-6)
+    return float(max(position.max(), (np.abs(dq) / velocity).max(), (np.abs(ddq) / acceleration).max()))
+
+
+def toppra_duration(waypoints: np.ndarray, radii: list[float], velocity, acceleration) -> float:
+    """Duration of toppra's optimum on the same rounded path [s]."""
+    import toppra
+
+    grid = np.linspace(0.0, 1.0, 400)
+    points = _core.sample_blended_path(waypoints=waypoints, radii=radii, parameters=grid)
+    path = toppra.SplineInterpolator(grid, points)
+    limits = [
+        toppra.constraint.JointVelocityConstraint(np.stack([-velocity, velocity], axis=1)),
+        toppra.constraint.JointAccelerationConstraint(np.stack([-acceleration, acceleration], axis=1)),
+    ]
+    instance = toppra.algorithm.TOPPRA(limits, path, gridpoints=grid, parametrizer="ParametrizeConstAccel")
+    return float(instance.compute_trajectory().duration)
+
+
+def timing_rows(bench: Bench, plans: list[dict]) -> list[dict]:
+    """Limits of all plans, and durations against toppra's on the paths of 40 (corners rounded by 0.2 rad)."""
+    excess = max((limit_excess(bench, plan) for plan in plans), default=0.0)
+    case = f"{bench.name}: largest share of a limit"
+    rows = [row(case, excess, "", target=1.0, met=excess <= 1.0, runs=len(plans))]
+    ratios = []
+    for plan in [plan for plan in plans if plan["path_length"] > 0.5][:40]:
+        velocity, acceleration = np.array([bench.rates[joint] for joint in plan["joint_names"]]).T
+        path = {"waypoints": plan["waypoints"], "radii": [0.2] * len(plan["waypoints"])}
+        limits = {"velocity": velocity, "acceleration": acceleration}
+        ours = _core.time_optimal_trajectory(**path, **limits)["times"][-1]
+        ratios.append(ours / toppra_duration(**path, **limits))
+    if ratios:
+        worst = float(np.max(ratios))
+        case = f"{bench.name}: duration by toppra's, largest"
+        met = worst <= 1.05
+        rows.append(row(case, worst, "x", target=1.05, met=met, spread=spread(ratios), runs=len(ratios)))
+    return rows

@@ -1,1 +1,0 @@
-"""Benchmarks that scripts/bench runs."""
