@@ -1,5 +1,7 @@
 #include "lane_kernels.h"
 
+#include <cmath>
+
 namespace fv {
 
 namespace {
@@ -27,36 +29,37 @@ namespace plain {
 
 #if defined(__x86_64__)
 #pragma GCC push_options
-#pragma GCC target("avx512f,avx512dq,avx512bw,avx512vl")
-namespace wide {
+#pragma GCC target("avx2")
+namespace avx2 {
 #include "lane_kernels.inc"
-}  // namespace wide
+}  // namespace avx2
 #pragma GCC pop_options
-
-/// Has this processor the instructions of `wide`? Both round alike.
-bool isWide() {
-  static const bool wide = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                           __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl");
-  return wide;
-}
-#else
-namespace wide = plain;
-bool isWide() { return false; }
+#pragma GCC push_options
+#pragma GCC target("avx512f,avx512dq,avx512bw,avx512vl")
+namespace avx512 {
+#include "lane_kernels.inc"
+}  // namespace avx512
+#pragma GCC pop_options
 #endif
 
 }  // namespace
 
-void markLanes(const MarkLanes& lanes, int steps, uint8_t* grid) {
-  isWide() ? wide::markLanes(lanes, steps, grid) : plain::markLanes(lanes, steps, grid);
+std::vector<LaneKernels> laneKernels() {
+  std::vector<LaneKernels> out;
+#if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl"))
+    out.push_back({"AVX-512", avx512::markLanes, avx512::castLanes, avx512::addRays});
+  if (__builtin_cpu_supports("avx2"))
+    out.push_back({"AVX2", avx2::markLanes, avx2::castLanes, avx2::addRays});
+#endif
+  out.push_back({"baseline", plain::markLanes, plain::castLanes, plain::addRays});
+  return out;
 }
 
-void castLanes(const LaneRays& rays, const GainGrid& grid, GainCounts& counts) {
-  isWide() ? wide::castLanes(rays, grid, counts) : plain::castLanes(rays, grid, counts);
-}
-
-int64_t addLanes(const LaneRays& rays, const uint8_t* flags, const UtilitySums adds[kLanes],
-                 UtilitySums* out) {
-  return isWide() ? wide::addLanes(rays, flags, adds, out) : plain::addLanes(rays, flags, adds, out);
+const LaneKernels& bestKernels() {
+  static const LaneKernels best = laneKernels().front();
+  return best;
 }
 
 }  // namespace fv

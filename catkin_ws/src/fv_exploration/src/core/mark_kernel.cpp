@@ -48,7 +48,7 @@ void RayBatch::mark(uint8_t* grid) {
       lanes.end[lane] = end_[i];
       steps = std::max(steps, count_[i]);
     }
-    markLanes(lanes, steps, grid);
+    bestKernels().markLanes(lanes, steps, grid);
   }
   size_ = 0;
 }

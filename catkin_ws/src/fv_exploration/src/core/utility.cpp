@@ -29,7 +29,10 @@ struct Corners {
 class Algorithm1 {
  public:
   Algorithm1(const Evaluator& evaluator, double max_range_m, int64_t max_rays, int threads)
-      : evaluator_(evaluator), threads_(threads), range_(max_range_m / evaluator.map().resolution()) {
+      : evaluator_(evaluator), threads_(threads) {
+    const Voxel dims = evaluator.frame().dims();
+    grid_ = {
+        evaluator.flags().data(), {dims.x(), dims.y(), dims.z()}, max_range_m / evaluator.map().resolution()};
     collectSources();
     collectJobs();
     // Within a budget only every so many pairs get rays, for as much more utility each.
@@ -100,43 +103,36 @@ class Algorithm1 {
     auto job = std::upper_bound(jobs_.begin(), jobs_.end(), first,
                                 [](int64_t value, const Job& j) { return value < j.first; }) -
                1;
+    RayBlock block;
+    const auto walk = [&] {
+      visits += bestKernels().addRays(block, grid_, sums);
+      rays += block.count;
+      block.count = 0;
+    };
     for (int64_t pair = first; pair < last; pair += every_) {
       while (pair - job->first >= static_cast<int64_t>(sources_[job->cluster].size())) ++job;
-      const Voxel& source = sources_[job->cluster][pair - job->first];
-      const Corners& corners = corners_[job->ellipsoid];
-      const Eigen::Vector3d at = evaluator_.map().centre(source);
-      LaneRays lanes;
-      UtilitySums adds[kLanes];
-      for (int lane = 0; lane < kLanes; ++lane) {
-        if (lane < 7 &&
-            prepare(source, at - corners.at[lane], corners.scaled_volume, lanes, lane, adds[lane]))
-          ++rays;
-        else
-          lanes.clear(lane);
-      }
-      visits += addLanes(lanes, evaluator_.flags().data(), adds, sums);
+      if (block.count + 7 > RayBlock::kCapacity) walk();
+      addPair(sources_[job->cluster][pair - job->first], corners_[job->ellipsoid], block);
     }
+    walk();
   }
 
-  /// A ray from the centre of `source`; false for one without a direction.
-  bool prepare(const Voxel& source, const Eigen::Vector3d& away, double volume, LaneRays& lanes, int lane,
-               UtilitySums& add) const {
-    const double length = std::sqrt(away.x() * away.x() + away.y() * away.y() + away.z() * away.z());
-    if (!(length > 0)) return false;
-    const GridFrame& frame = evaluator_.frame();
-    const Voxel local = source - frame.origin;
-    GridWalk walk;
-    int64_t stride = 1;
-    double direction[3];
-    for (int i = 0; i < 3; ++i) {
-      direction[i] = away[i] / length;
-      walk.begin(i, local[i] + 0.5, direction[i], 0.0, frame.dims()[i], stride);
-      stride *= frame.dims()[i];
+  /// The rays from the centre of `source` away from an ellipsoid's corners, but one it lies on.
+  void addPair(const Voxel& source, const Corners& corners, RayBlock& block) const {
+    const Eigen::Vector3d from = evaluator_.map().centre(source);
+    const Voxel local = source - evaluator_.frame().origin;
+    const auto at = static_cast<int64_t>(evaluator_.frame().index(source));
+    for (const Eigen::Vector3d& corner : corners.at) {
+      const Eigen::Vector3d away = from - corner;
+      if (away.isZero(0)) continue;
+      const int i = block.count++;
+      for (int axis = 0; axis < 3; ++axis) {
+        block.away[axis][i] = away[axis];
+        block.voxel[axis][i] = local[axis];
+      }
+      block.at[i] = at;
+      block.weight[i] = corners.scaled_volume;
     }
-    lanes.set(lane, walk, range_);
-    add = UtilitySums{nearestInt(volume), nearestInt(volume * direction[0]),
-                      nearestInt(volume * direction[1]), nearestInt(volume * direction[2])};
-    return true;
   }
 
   void collect(const std::vector<ZeroedArray<UtilitySums>>& sums, Utility& out) const {
@@ -157,7 +153,7 @@ class Algorithm1 {
 
   const Evaluator& evaluator_;
   int threads_;
-  double range_;                             // [voxels]
+  UtilityGrid grid_;
   std::vector<std::vector<Voxel>> sources_;  // by cluster
   std::vector<Corners> corners_;             // by ellipsoid
   std::vector<Job> jobs_;

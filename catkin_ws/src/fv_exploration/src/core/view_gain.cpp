@@ -41,13 +41,13 @@ class GainCaster {
     for (const Eigen::Vector3d& ray : rays) {
       filled += prepare(origin, R * ray, lanes, filled);
       if (filled == kLanes) {
-        castLanes(lanes, grid, counts);
+        bestKernels().castLanes(lanes, grid, counts);
         filled = 0;
       }
     }
     if (filled == 0) return counts;
     while (filled < kLanes) lanes.clear(filled++);
-    castLanes(lanes, grid, counts);
+    bestKernels().castLanes(lanes, grid, counts);
     return counts;
   }
 
