@@ -1,115 +1,25 @@
 #!/usr/bin/env python3
-"""Behaviours of the planner node, without a simulator: tests named after what a user sees."""
+"""Plans of the planner node, without a simulator: tests named after what a user sees."""
 
 import math
-import subprocess
 import sys
 import time
-import unittest
 from pathlib import Path
 
 import actionlib
 import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus
-from fv_msgs.msg import (
-    AttachedObject,
-    AttachedObjects,
-    ExecuteMotionAction,
-    ExecuteMotionGoal,
-    ExecuteMotionResult,
-    MapUpdate,
-    PlanAndExecuteAction,
-    PlanAndExecuteGoal,
-    PlanAndExecuteResult,
-    PlanMotionAction,
-    PlanMotionGoal,
-    PlanMotionResult,
-    PlannedPath,
-)
+from fv_msgs.msg import AttachedObject, AttachedObjects, MapUpdate
 from fv_msgs.srv import SetAttachedObjects
-from geometry_msgs.msg import Pose, Vector3
+from geometry_msgs.msg import Vector3
 from sensor_msgs.msg import JointState
 
-from hubo_description import load_robot
-
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from fakes import FakeMap, FakeRobot
-
-GROUP = "torso_right_arm"
-Plan = PlanMotionGoal
-Status = PlanMotionResult
-FORWARDS = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))
+from planner_case import GROUP, HOME_BOX, Plan, PlannerCase, Status, answer, pose, wait_for
 
 
-def pose(x: float, y: float, z: float, q=FORWARDS) -> Pose:
-    """Pose whose z axis looks along world x unless told otherwise; q is x, y, z, w."""
-    msg = Pose()
-    msg.position.x, msg.position.y, msg.position.z = x, y, z
-    msg.orientation.x, msg.orientation.y, msg.orientation.z, msg.orientation.w = q
-    return msg
-
-
-class PlannerTest(unittest.TestCase):
-    @classmethod
-    def setUpClass(cls) -> None:
-        robot = load_robot("hubo")
-        while not rospy.has_param("/controller_list"):
-            time.sleep(0.05)
-        cls.ready = robot.group_states[GROUP]["ready"]
-        cls.home = robot.group_states[GROUP]["home"]
-        start = dict.fromkeys(robot.model.moving_joints, 0.0)
-        for states in robot.group_states.values():
-            start |= states.get("home", {})
-        start |= cls.ready
-        controllers = {c["name"]: c["joints"] for c in rospy.get_param("/controller_list")}
-        cls.robot = FakeRobot(controllers, start)
-        cls.map = FakeMap()
-        cls.node = subprocess.Popen(["rosrun", "ompl_planner", "planner_node"])
-        cls.plan_client = actionlib.SimpleActionClient("/ompl_planner/plan", PlanMotionAction)
-        cls.execute_client = actionlib.SimpleActionClient("/ompl_planner/execute", ExecuteMotionAction)
-        cls.both_client = actionlib.SimpleActionClient("/ompl_planner/plan_and_execute", PlanAndExecuteAction)
-        assert cls.plan_client.wait_for_server(rospy.Duration(20.0))
-        assert cls.both_client.wait_for_server(rospy.Duration(20.0))
-        assert cls.execute_client.wait_for_server(rospy.Duration(20.0))
-
-    @classmethod
-    def tearDownClass(cls) -> None:
-        cls.node.terminate()
-        cls.node.wait(10)
-
-    def setUp(self) -> None:
-        self.robot.slowdown = 1.0
-        self.robot.refuse = ""
-        self.robot.place(self.ready)
-        self.map.publish()
-
-    def wait_for(self, condition, what: str) -> None:
-        """Until the condition is true; half a minute at most."""
-        deadline = time.monotonic() + 30.0
-        while not condition():
-            self.assertLess(time.monotonic(), deadline, f"{what} did not come")
-            time.sleep(0.01)
-
-    def plan(self, **fields) -> PlanMotionResult:
-        goal = Plan(group=GROUP, goal_type=Plan.GOAL_NAMED, seed=1, min_map_sequence=self.map.sequence)
-        for name, value in fields.items():
-            setattr(goal, name, value)
-        self.plan_client.send_goal(goal)
-        self.assertTrue(self.plan_client.wait_for_result(rospy.Duration(30.0)), "no answer")
-        return self.plan_client.get_result()
-
-    def plan_poses(self, poses, **fields) -> PlanMotionResult:
-        goal = Plan()
-        goal.goal_poses.header.frame_id = "world"
-        goal.goal_poses.poses = poses
-        return self.plan(goal_type=Plan.GOAL_POSES, goal_poses=goal.goal_poses, free_roll=True, **fields)
-
-    def assert_status(self, result: PlanMotionResult, status: int, *words: str) -> None:
-        self.assertEqual(result.status, status, result.message)
-        for word in words:
-            self.assertIn(word, result.message)
-
+class PlannerTest(PlannerCase):
     # --- planning ---
 
     def test_named_pose_is_planned_and_ends_there(self) -> None:
@@ -148,7 +58,7 @@ class PlannerTest(unittest.TestCase):
 
     def test_a_goal_inside_a_box_is_in_collision(self) -> None:
         result = self.plan(goal_name="home")  # without the box
-        self.map.publish(occupied=[[-0.2, -0.5, 0.55, 0.15, -0.2, 0.7]])
+        self.map.publish(occupied=[HOME_BOX])
         blocked = self.plan(goal_name="home")
         self.assert_status(result, Status.SUCCESS)
         self.assert_status(blocked, Status.GOALS_IN_COLLISION, "occupied voxel", "link")
@@ -166,7 +76,7 @@ class PlannerTest(unittest.TestCase):
         self.map.publish(unknown=[[0.1, -0.4, 0.9, 0.4, -0.1, 1.3]])
         self.assert_status(self.plan(goal_name="home"), Status.START_IN_UNKNOWN, "unknown voxel")
 
-    def slow_goal(self) -> PlanMotionGoal:
+    def slow_goal(self) -> Plan:
         """Thousands of poses that can be reached and lie in an obstacle: seconds of looking for one that is free."""
         self.map.publish(occupied=[[0.46, -0.6, 0.8, 0.8, -0.1, 1.2]])
         goal = Plan(group=GROUP, goal_type=Plan.GOAL_POSES, free_roll=True, time_budget=60.0)
@@ -177,10 +87,8 @@ class PlannerTest(unittest.TestCase):
 
     def send_slow_goal(self) -> actionlib.ClientGoalHandle:
         """A plan that is under way."""
-        client = actionlib.ActionClient("/ompl_planner/plan", PlanMotionAction)
-        self.assertTrue(client.wait_for_server(rospy.Duration(20.0)))
-        handle = client.send_goal(self.slow_goal())
-        self.wait_for(lambda: handle.get_goal_status() == GoalStatus.ACTIVE, "the goal's acceptance")
+        handle = self.planner.send_goal(self.slow_goal())
+        wait_for(lambda: handle.get_goal_status() == GoalStatus.ACTIVE, "the goal's acceptance")
         return handle
 
     def test_cancel_ends_planning_at_once(self) -> None:
@@ -188,16 +96,14 @@ class PlannerTest(unittest.TestCase):
         time.sleep(0.3)
         handle.cancel()
         cancelled = time.monotonic()
-        self.wait_for(handle.get_result, "the answer")
-        self.assertEqual(handle.get_result().status, Status.CANCELLED)
+        self.assertEqual(answer(handle).status, Status.CANCELLED)
         self.assertLess(time.monotonic() - cancelled, 20.0)  # of a budget of 60
 
     def test_a_second_goal_replaces_the_first(self) -> None:
         handle = self.send_slow_goal()
         result = self.plan(goal_type=Plan.GOAL_JOINTS, goal_joints=JointState(name=["RWP"], position=[0.2]))
         self.assertNotEqual(result.status, Status.CANCELLED, result.message)
-        self.wait_for(handle.get_result, "the first goal's answer")
-        self.assertEqual(handle.get_result().status, Status.CANCELLED)
+        self.assertEqual(answer(handle).status, Status.CANCELLED)
 
     def test_a_map_without_voxels_is_no_map_and_one_of_another_resolution_is_taken(self) -> None:
         msg = MapUpdate(sequence=self.map.sequence + 1)
@@ -237,7 +143,7 @@ class PlannerTest(unittest.TestCase):
         finally:
             self.assertTrue(self.hold()[0])
         self.assert_status(self.plan(goal_name="home"), Status.SUCCESS)
-        self.wait_for(lambda: told and not told[-1].objects, "the news of empty hands")
+        wait_for(lambda: told and not told[-1].objects, "the news of empty hands")
         self.assertIn(["balloon"], [[o.name for o in msg.objects] for msg in told])
         subscriber.unregister()
 
@@ -310,134 +216,6 @@ class PlannerTest(unittest.TestCase):
         finally:
             self.robot.publishing = True
             time.sleep(0.1)
-
-    # --- execution ---
-
-    def execute(self, plan: PlanMotionResult, sequence: int | None = None, wait: bool = True):
-        goal = ExecuteMotionGoal(trajectory=plan.trajectory)
-        goal.map_sequence = plan.map_sequence if sequence is None else sequence
-        self.execute_client.send_goal(goal)
-        if not wait:
-            return None
-        self.assertTrue(self.execute_client.wait_for_result(rospy.Duration(30.0)))
-        return self.execute_client.get_result()
-
-    def test_a_plan_is_executed_by_both_controllers_at_once(self) -> None:
-        paths = []
-        subscriber = rospy.Subscriber("/ompl_planner/path", PlannedPath, paths.append)
-        goal = JointState(name=["WST", "RWP"], position=[0.3, 0.2])
-        plan = self.plan(goal_type=Plan.GOAL_JOINTS, goal_joints=goal)
-        result = self.execute(plan)
-        self.assertEqual(result.status, ExecuteMotionResult.SUCCESS, result.message)
-        self.assertAlmostEqual(self.robot.positions()["WST"], 0.3, places=4)
-        self.assertAlmostEqual(self.robot.positions()["RWP"], 0.2, places=4)
-        starts = self.robot.starts
-        arm, waist = starts["huboplus/right_hand_controller"], starts["huboplus/torso_controller"]
-        self.assertLess(abs(arm - waist), 0.05)
-        self.assertEqual(len(paths[-1].tip_poses), len(plan.trajectory.points))
-        subscriber.unregister()
-
-    def test_a_plan_that_the_new_map_blocks_is_not_executed(self) -> None:
-        plan = self.plan(goal_name="home")
-        self.assert_status(plan, Status.SUCCESS)
-        self.map.publish(occupied=[[-0.2, -0.5, 0.55, 0.15, -0.2, 0.7]])
-        time.sleep(0.3)
-        result = self.execute(plan)
-        self.assertEqual(result.status, ExecuteMotionResult.MAP_CHANGED, result.message)
-        self.assertIn("occupied", result.message)
-
-    def test_a_new_map_that_leaves_the_path_free_does_not_stop_it(self) -> None:
-        plan = self.plan(goal_name="home")
-        self.map.publish(occupied=[[0.9, 0.9, 0.9, 1.0, 1.0, 1.0]])
-        time.sleep(0.3)
-        self.assertEqual(self.execute(plan).status, ExecuteMotionResult.SUCCESS)
-
-    def test_an_obstacle_seen_while_moving_stops_the_arm(self) -> None:
-        plan = self.plan(goal_name="home")
-        self.robot.slowdown = 6.0
-        self.execute(plan, wait=False)
-        self.wait_until_moving()
-        self.map.publish(occupied=[[-0.2, -0.5, 0.55, 0.15, -0.2, 0.7]])
-        self.assertTrue(self.execute_client.wait_for_result(rospy.Duration(10.0)))
-        result = self.execute_client.get_result()
-        self.assertEqual(result.status, ExecuteMotionResult.STOPPED_FOR_OBSTACLE, result.message)
-        self.assertGreater(abs(self.robot.positions()["REP"] - self.home["REP"]), 0.1)
-
-    def test_cancel_stops_the_arm(self) -> None:
-        plan = self.plan(goal_name="home")
-        self.robot.slowdown = 6.0
-        self.execute(plan, wait=False)
-        self.wait_until_moving()
-        self.execute_client.cancel_goal()
-        self.assertTrue(self.execute_client.wait_for_result(rospy.Duration(5.0)))
-        self.assertEqual(self.execute_client.get_result().status, ExecuteMotionResult.CANCELLED)
-        stopped = self.robot.positions()
-        time.sleep(0.2)
-        self.assertEqual(stopped, self.robot.positions())
-
-    def both(self, wait: bool = True, **fields) -> PlanAndExecuteResult | None:
-        goal = Plan(group=GROUP, goal_type=Plan.GOAL_NAMED, seed=1, min_map_sequence=self.map.sequence)
-        for name, value in fields.items():
-            setattr(goal, name, value)
-        self.both_client.send_goal(PlanAndExecuteGoal(plan=goal))
-        if not wait:
-            return None
-        self.assertTrue(self.both_client.wait_for_result(rospy.Duration(30.0)))
-        return self.both_client.get_result()
-
-    def test_plan_and_execute_does_both(self) -> None:
-        goal = JointState(name=["WST", "RWP"], position=[0.3, 0.2])
-        result = self.both(goal_type=Plan.GOAL_JOINTS, goal_joints=goal)
-        self.assertEqual(result.status, PlanAndExecuteResult.SUCCESS, result.message)
-        self.assertEqual(result.plan.map_sequence, self.map.sequence)
-        self.assertAlmostEqual(self.robot.positions()["WST"], 0.3, places=4)
-
-    def test_plan_and_execute_without_a_plan_moves_nothing(self) -> None:
-        before = self.robot.positions()
-        result = self.both(goal_name="dance")
-        self.assertEqual(result.status, PlanAndExecuteResult.NOT_PLANNED)
-        self.assertEqual(result.plan.status, Status.INVALID_REQUEST)
-        self.assertIn("home", result.message)
-        self.assertEqual(self.robot.positions(), before)
-
-    def test_plan_and_execute_stops_for_an_obstacle_and_for_a_motion_of_somebody_else(self) -> None:
-        self.robot.slowdown = 6.0
-        self.both(goal_name="home", wait=False)
-        self.wait_until_moving()
-        self.map.publish(occupied=[[-0.2, -0.5, 0.55, 0.15, -0.2, 0.7]])
-        self.assertTrue(self.both_client.wait_for_result(rospy.Duration(20.0)))
-        result = self.both_client.get_result()
-        self.assertEqual(result.status, PlanAndExecuteResult.NOT_EXECUTED, result.message)
-        self.assertEqual(result.execution.status, ExecuteMotionResult.STOPPED_FOR_OBSTACLE)
-        self.robot.place(self.ready)
-        self.map.publish()
-        self.both(goal_name="home", wait=False)
-        self.wait_until_moving()
-        self.execute(self.plan(goal_name="home"), wait=False)  # replaces it
-        self.assertTrue(self.both_client.wait_for_result(rospy.Duration(20.0)))
-        self.assertEqual(self.both_client.get_result().status, PlanAndExecuteResult.CANCELLED)
-        self.execute_client.cancel_goal()
-        self.execute_client.wait_for_result(rospy.Duration(10.0))
-
-    def wait_until_moving(self) -> None:
-        """Until the arm has left the start by a little."""
-        left = lambda: abs(self.robot.positions()["REP"] - self.ready["REP"]) > 0.02  # noqa: E731
-        self.wait_for(left, "the arm's motion")
-
-    def test_one_failing_controller_stops_the_other(self) -> None:
-        self.robot.refuse = "huboplus/torso_controller"
-        plan = self.plan(goal_name="home")
-        result = self.execute(plan)
-        self.assertEqual(result.status, ExecuteMotionResult.CONTROLLER_FAILED)
-        self.assertIn("torso_controller", result.message)
-        self.assertGreater(abs(self.robot.positions()["REP"] - self.home["REP"]), 0.1)
-
-    def test_a_trajectory_that_begins_elsewhere_is_refused(self) -> None:
-        plan = self.plan(goal_name="home")
-        self.robot.place({"REP": self.ready["REP"] + 0.4})
-        result = self.execute(plan)
-        self.assertEqual(result.status, ExecuteMotionResult.INVALID_REQUEST)
-        self.assertIn("REP", result.message)
 
 
 if __name__ == "__main__":

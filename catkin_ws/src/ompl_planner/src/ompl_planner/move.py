@@ -106,7 +106,8 @@ def call(name: str, action: type, goal: object) -> object:
     """
     client = actionlib.ActionClient(name, action)
     deadline_s = time.monotonic() + CONNECT_S
-    while client.pub_goal.get_num_connections() == 0 or not client.last_status_msg:
+    ends = (client.pub_goal, client.pub_cancel, client.feedback_sub, client.result_sub)
+    while not all(end.get_num_connections() > 0 for end in ends):
         if rospy.is_shutdown() or time.monotonic() > deadline_s:
             raise ConnectionError(f"{name} does not answer: is planner_node running?")
         time.sleep(POLL_S)
