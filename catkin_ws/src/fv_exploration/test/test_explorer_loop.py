@@ -13,7 +13,7 @@ from fv_exploration import (
     PinholeCamera,
     ScanConfig,
 )
-from fv_exploration.exploration import Exploration, ExplorationError, Plan, Reason, Scan
+from fv_exploration.exploration import Exploration, Plan, Reason, Scan, ScanError
 from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.gain_judge import ENOUGH_LOOKS, GainJudge, VainLooks
 from fv_exploration.known_since import NEVER, KnownSince
@@ -57,12 +57,13 @@ def pixel_rays() -> np.ndarray:
 class FlyingCamera:
     """A robot that goes where it is sent, unless it is told to fail."""
 
-    def __init__(self, plans_fail: bool = False, motions_fail: bool = False, blind: bool = False) -> None:
+    def __init__(self, plans_fail: bool = False, motions_fail: bool = False, blind: range = range(0)) -> None:
+        """:param blind: numbers of the scans that fail."""
         self.pose = np.eye(4)
         self.pose[:3, :3] = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
         self.pose[:3, 3] = [-0.4, 0.0, 1.0]
         self.plans_fail, self.motions_fail, self.blind = plans_fail, motions_fail, blind
-        self.time_s = 0.0
+        self.time_s, self.scans = 0.0, 0
         self.visited = []
         self.map_sequences = []
 
@@ -70,8 +71,9 @@ class FlyingCamera:
         return self.time_s
 
     def scan(self) -> Scan:
-        if self.blind:
-            raise ExplorationError("no cloud")
+        self.scans += 1
+        if self.scans in self.blind:
+            raise ScanError("no cloud")
         rays = pixel_rays()
         lengths = ray_lengths(self.pose[:3, 3], rays @ self.pose[:3, :3].T)
         return Scan(rays * lengths[:, None], self.pose)
@@ -220,9 +222,22 @@ def test_motions_that_keep_failing_are_a_failure():
 
 
 def test_a_camera_without_clouds_is_a_failure_that_says_why():
-    outcome = make(FlyingCamera(blind=True))[0].run()
+    outcome = make(FlyingCamera(blind=range(1, 1000)))[0].run()
     assert outcome.reason is Reason.FAILED
     assert "no cloud" in outcome.message
+    outcome = make(FlyingCamera(blind=range(3, 1000)))[0].run()
+    assert (outcome.reason, outcome.views) == (Reason.FAILED, 6)
+
+
+@pytest.mark.parametrize("blind", [range(1, 3), range(4, 5), range(4, 7)])
+def test_scans_that_fail_now_and_then_do_not_end_it(blind):
+    exploration, _, listener = make(FlyingCamera(blind=blind))
+    outcome = exploration.run()
+    assert outcome.reason is Reason.COMPLETE
+    assert outcome.known_share > 0.8
+    missed = [step for step in listener.steps if "integrate" not in step.seconds]
+    assert len(missed) == (len(blind) if blind[0] > 1 else 0)
+    assert all(step.real_gain_m3 == 0 and step.known_share > 0 and step.counts for step in missed)
 
 
 def test_space_that_several_scans_did_not_reveal_is_expected_no_longer():

@@ -52,6 +52,23 @@ def points_from_cloud(cloud: PointCloud2) -> NDArray[np.float32]:
     return np.stack([rows[name].ravel() for name in "xyz"], axis=1).astype(np.float32)
 
 
+def cloud_msg(points: NDArray, header: Header) -> PointCloud2:
+    """An unorganised cloud of (N, 3) points [m] in the header's frame; float32 x, y and z."""
+    data = np.ascontiguousarray(points, dtype="<f4")
+    fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate("xyz")]
+    return PointCloud2(
+        header=header,
+        height=1,
+        width=len(data),
+        fields=fields,
+        is_bigendian=False,
+        point_step=12,
+        row_step=12 * len(data),
+        data=data.tobytes(),
+        is_dense=bool(np.isfinite(data).all()),
+    )
+
+
 def matrix_from_transform(transform: Transform) -> Array:
     """(4, 4) matrix of a geometry_msgs/Transform."""
     translation, rotation = transform.translation, transform.rotation

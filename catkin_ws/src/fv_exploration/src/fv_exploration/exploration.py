@@ -35,6 +35,10 @@ class ExplorationError(RuntimeError):
     """The exploration cannot go on; the text says why."""
 
 
+class ScanError(ExplorationError):
+    """There was no usable scan this time; the next one may be."""
+
+
 @dataclass(frozen=True)
 class Scan:
     """One cloud, taken at rest.
@@ -65,7 +69,7 @@ class Robot(Protocol):
         """The robot's time [s]."""
 
     def scan(self) -> Scan:
-        """A scan at rest; ExplorationError when there is none."""
+        """A scan at rest; ScanError when there is none, ExplorationError when there will be none."""
 
     def plan(self, poses: Array, scores: Array, map_sequence: int, seed: int) -> Plan:
         """A motion to one of the (N, 4, 4) camera poses of the map frame; higher scores are better."""
@@ -150,6 +154,7 @@ class Exploration:
         self._seed = seed
         self._views = 0
         self._failed_motions = 0
+        self._failed_scans = 0
         self._unplanned = (0, "")  # views of this decision that the planner refused, and its last words
 
     def run(self, stop: Callable[[], bool] = lambda: False) -> Outcome:
@@ -162,19 +167,42 @@ class Exploration:
     def _explore(self, stop: Callable[[], bool]) -> Outcome:
         started_s = self._robot.now_s()
         step = Step()
+        T_map_sensor = utility = None
         while True:
-            scan = self._timed(step, "scan", "scanning", self._robot.scan)
-            self._timed(step, "integrate", "integrating the scan", self._integrate, scan, step)
-            utility = self._timed(step, "evaluate", "evaluating the map", self._evaluate, step)
+            scan = self._timed(step, "scan", "scanning", self._scan, stop)
+            if scan is not None:
+                T_map_sensor = scan.T_map_sensor
+                self._timed(step, "integrate", "integrating the scan", self._integrate, scan, step)
+                utility = self._timed(step, "evaluate", "evaluating the map", self._evaluate, step)
+            elif utility is None:
+                continue  # nothing has been seen yet: where else could the camera look?
             self._audience.view_done(step)
             ended = self._budget_ended(started_s) or (stop() and Reason.CANCELLED)
             if ended:
                 return self._outcome(ended)
-            step = Step(view=self._views + 1)
-            plan = self._next_motion(step, scan.T_map_sensor, utility, stop)
+            step = Step(view=self._views + 1, known_share=step.known_share, counts=step.counts)
+            plan = self._next_motion(step, T_map_sensor, utility, stop)
             if plan is None:
                 return self._outcome(Reason.CANCELLED) if stop() else self._complete()
             self._timed(step, "move", "moving", self._move, plan, step)
+
+    def _scan(self, stop: Callable[[], bool]) -> Scan | None:
+        """A scan, or None when there was none here: then the view has shown nothing, and another is tried."""
+        try:
+            scan = self._robot.scan()
+        except ScanError as error:
+            self._failed_scans += 1
+            if stop():
+                raise
+            if self._failed_scans >= self._config.stop.max_failed_motions:
+                raise ExplorationError(
+                    f"{self._failed_scans} scans in a row failed, the last one: {error}"
+                ) from error
+            self._audience.activity(f"no scan: {error}")
+            self._chooser.learn(0.0)
+            return None
+        self._failed_scans = 0
+        return scan
 
     def _integrate(self, scan: Scan, step: Step) -> None:
         known_before = self._map.known_share()

@@ -70,7 +70,7 @@ class ExploreServer:
         self._map_publisher = MapPublisher(self._map_frame)
         self._body: RobotBody | None = None
         self._robot = RosRobot(
-            self._config, self._map_frame, self._group, lambda *scan: self._body.drop_robot(*scan), self._stop
+            self._config, self._map_frame, self._group, lambda *scan: self._body.is_robot(*scan), self._stop
         )
         self._server = actionlib.SimpleActionServer(
             "/explore", ExploreAction, self._on_goal, auto_start=False

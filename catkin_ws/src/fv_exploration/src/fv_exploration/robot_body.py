@@ -35,11 +35,13 @@ class RobotBody:
         """(J,) values of all joints [rad or m]; a joint that is not named stands at 0."""
         return np.array([positions.get(name, 0.0) for name in self.model.joint_names], dtype=float)
 
-    def drop_robot(self, points: Array, T_map_sensor: Array, positions: Mapping[str, float]) -> Array:
-        """The points (N, 3), sensor frame, that are neither the robot's own nor in the shadow of its edges."""
+    def is_robot(
+        self, points: Array, T_map_sensor: Array, positions: Mapping[str, float]
+    ) -> NDArray[np.bool_]:
+        """(N,) which points (N, 3), sensor frame, are the robot's own or in the shadow of its edges."""
         T_root_sensor = np.linalg.inv(self._T_map_root) @ T_map_sensor
         labels = self._filter.classify(points, T_root_sensor, self.joint_vector(positions))
-        return points[(labels == SCENE) | (labels == NO_RETURN)]
+        return (labels != SCENE) & (labels != NO_RETURN)
 
     def voxels(self, positions: Mapping[str, float], resolution_m: float, padding_m: float) -> Array:
         """(N, 3) centres [m], map frame, of the voxels that the padded robot meets."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 import rospy
-from fv_msgs.msg import Evaluation, ExplorationVolume, MapUpdate, Views
+from fv_msgs.msg import Contacts, Evaluation, ExplorationVolume, MapUpdate, Views
 from fv_msgs.srv import Screenshot
 from numpy.typing import NDArray
 from octomap_msgs.msg import Octomap
@@ -54,6 +54,28 @@ class MapPublisher:
         return GetOctomapResponse(self._messages[binary])
 
 
+class ContactCount:
+    """Physics steps with a contact, as far as a simulator on ``/hubo_sim/contacts`` tells them."""
+
+    def __init__(self) -> None:
+        self._total: int | None = None
+        self._told = 0
+        self._sub = rospy.Subscriber("/hubo_sim/contacts", Contacts, self._on_contacts, queue_size=50)
+
+    def since_last(self) -> int | str:
+        """Steps since the last call; empty when nobody has told any number."""
+        if self._total is None:
+            return ""
+        steps = max(0, self._total - self._told)  # a reset of the simulator begins at 0 again
+        self._told = self._total
+        return steps
+
+    def _on_contacts(self, message: Contacts) -> None:
+        if self._total is None:
+            self._told = message.total
+        self._total = message.total
+
+
 class RosAudience:
     """Publishes each step, writes the run folder, and has pictures taken.
 
@@ -82,6 +104,7 @@ class RosAudience:
         self._known_share = 0.0
         self._best_gain = 0.0
         self._last: tuple[Any, Any] | None = None
+        self._contacts = ContactCount()
         self._evaluation_pub = rospy.Publisher(
             "/fv_exploration/evaluation", Evaluation, queue_size=1, latch=True
         )
@@ -158,6 +181,7 @@ class RosAudience:
             real_gain_m3=round(step.real_gain_m3, 5),
             path_length_rad=round(step.path_length_rad, 4),
             duration_s=round(step.duration_s, 3),
+            contacts=self._contacts.since_last(),
         )
         return row
 

@@ -26,8 +26,14 @@ from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
-from fv_exploration.conversions import matrix_from_transform, points_from_cloud, pose_array
-from fv_exploration.exploration import ExplorationError, Plan, Scan
+from fv_exploration.conversions import (
+    MessageError,
+    cloud_msg,
+    matrix_from_transform,
+    points_from_cloud,
+    pose_array,
+)
+from fv_exploration.exploration import ExplorationError, Plan, Scan, ScanError
 from fv_exploration.explore_config import ExploreConfig
 
 Array = NDArray[np.float64]
@@ -37,8 +43,10 @@ POLL_S = 0.01
 class RosRobot:
     """Scans through a cloud topic, plans and moves through the planning node's actions.
 
-    :param drop_robot: ``(points (N, 3), T_map_sensor (4, 4), joint positions by name) -> points`` with the robot's own
-        points taken out.
+    Publishes ``/fv_exploration/removed`` for whoever listens: the points of each scan that are the robot's own.
+
+    :param is_robot: ``(points (N, 3), T_map_sensor (4, 4), joint positions by name) -> (N,)`` bool: the robot's own
+        points, not to be mapped.
     :param stop: asked while waiting; True ends the wait with ExplorationError.
     """
 
@@ -47,18 +55,19 @@ class RosRobot:
         config: ExploreConfig,
         map_frame: str,
         group: str,
-        drop_robot: Callable[[Array, Array, dict[str, float]], Array],
+        is_robot: Callable[[Array, Array, dict[str, float]], NDArray[np.bool_]],
         stop: Callable[[], bool],
     ) -> None:
         self._config = config
         self._map_frame = map_frame
         self._group = group
-        self._drop_robot = drop_robot
+        self._is_robot = is_robot
         self._stop = stop
         self._clouds: collections.deque[PointCloud2] = collections.deque(maxlen=4)
         self._joints: collections.deque[JointState] = collections.deque(maxlen=400)
         self._tf_buffer = tf2_ros.Buffer(cache_time=rospy.Duration(600.0))
         self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
+        self._removed_pub = rospy.Publisher("/fv_exploration/removed", PointCloud2, queue_size=1)
         self._planner = actionlib.ActionClient("/ompl_planner/plan", PlanMotionAction)
         self._executor = actionlib.ActionClient("/ompl_planner/execute", ExecuteMotionAction)
         self._joint_sub = rospy.Subscriber("/joint_states", JointState, self._joints.append, queue_size=50)
@@ -98,11 +107,16 @@ class RosRobot:
         )
 
     def scan(self) -> Scan:
-        """The first usable cloud taken at rest, with the robot's own points removed."""
-        cloud = self._triggered_cloud() if self._config.scan.trigger_service else self._cloud_at_rest()
-        T_map_sensor = self.pose_of(cloud.header.frame_id, cloud.header.stamp)
-        points = points_from_cloud(cloud).astype(float)
-        return Scan(self._drop_robot(points, T_map_sensor, self._joints_at(cloud.header.stamp)), T_map_sensor)
+        """The first usable cloud taken at rest, with the robot's own points removed; ScanError when there is none."""
+        try:
+            cloud = self._triggered_cloud() if self._config.scan.trigger_service else self._cloud_at_rest()
+            T_map_sensor = self.pose_of(cloud.header.frame_id, cloud.header.stamp)
+            points = points_from_cloud(cloud).astype(float)
+        except (ExplorationError, MessageError) as error:
+            raise ScanError(str(error)) from error
+        own = self._is_robot(points, T_map_sensor, self._joints_at(cloud.header.stamp))
+        self._publish_removed(points[own], T_map_sensor, cloud.header.stamp)
+        return Scan(points[~own], T_map_sensor)
 
     def plan(self, poses: Array, scores: Array, map_sequence: int, seed: int) -> Plan:
         """Ask the planning node for a motion to the best of these camera poses."""
@@ -140,6 +154,12 @@ class RosRobot:
             if result.status == ExecuteMotionResult.SUCCESS
             else (result.message or f"status {result.status}")
         )
+
+    def _publish_removed(self, points: Array, T_map_sensor: Array, stamp: rospy.Time) -> None:
+        if self._removed_pub.get_num_connections() == 0:
+            return
+        points_map = points @ T_map_sensor[:3, :3].T + T_map_sensor[:3, 3]
+        self._removed_pub.publish(cloud_msg(points_map, Header(frame_id=self._map_frame, stamp=stamp)))
 
     def _call(self, client: actionlib.ActionClient, goal: Any) -> Any:
         """Send a goal and wait for its result; a stop cancels it.

@@ -18,7 +18,8 @@ COLUMNS = (
     "screenshot_s", "occupied", "free", "unknown", "frontier", "void", "ellipsoids", "frontier_clusters",
     "known_share", "explored_share", "expected_gain_m3", "real_gain_m3", "path_length_rad", "duration_s", "contacts",
 )  # fmt: skip
-"""Columns of metrics.csv, one row a view. Empty: not known when the row was written."""
+"""Columns of metrics.csv, one row a view. Empty: not known when the row was written. Contacts are physics steps with a
+contact since the row before, in simulation."""
 
 
 def write_replacing(path: Path, write: Callable[[Path], None]) -> None:
