@@ -1,6 +1,13 @@
-"""Bags: what is read from them, and what is said when there is none."""
+"""Bags: what is read from them, how they are played, and what is said when there is none."""
+
+import os
+import shutil
+import signal
+import subprocess
 
 import pytest
+import viz_synthetic
+from rosbags.highlevel import AnyReader
 from rosbags.rosbag1 import Writer
 from rosbags.typesys import Stores, get_typestore
 
@@ -28,6 +35,9 @@ def test_a_bag_becomes_mcap_once(bag, tmp_path):
     files = list((tmp_path / "out").glob("*.mcap"))
     assert len(files) == 1
     assert files[0].read_bytes().startswith(b"\x89MCAP")
+    with AnyReader([tmp_path / "out"]) as reader:
+        words = {c.topic: reader.deserialize(data, c.msgtype).data for c, _, data in reader.messages()}
+    assert words == {"/other": "nothing", recording.DESCRIPTION: "<robot name='r'/>"}
     assert recording.mcap_main([str(tmp_path), str(tmp_path / "out")]) == 1
 
 
@@ -42,3 +52,27 @@ def test_no_bag_and_a_broken_bag_are_said_in_one_line(tmp_path, command, capsys)
     lines = capsys.readouterr().err.strip().splitlines()
     assert len(lines) == 2
     assert all(line.startswith("error: ") for line in lines)
+
+
+@pytest.mark.skipif(not shutil.which("rosrun"), reason="no rosrun")
+def test_a_replay_has_a_clock_and_markers(tmp_path):
+    rosbag, rospy = pytest.importorskip("rosbag"), pytest.importorskip("rospy")
+    evaluation = viz_synthetic.evaluation(viz_synthetic.scan(0.1, [(0.2, -0.2, 0.5, 0.1)]))
+    with rosbag.Bag(str(tmp_path / recording.BAG), "w") as bag:
+        for second in range(1, 60):
+            bag.write("/fv_exploration/evaluation", evaluation, rospy.Time(second))
+    command = ["rosrun", "fv_viz", "replay", str(tmp_path), "--no-rviz"]
+    player = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        master = player.stdout.readline().split("ROS_MASTER_URI=")[1].strip()
+
+        def first(topic, field):
+            echo = ["rostopic", "echo", "-n", "1", f"{topic}/{field}"]
+            environment = {**os.environ, "ROS_MASTER_URI": master, "ROS_HOSTNAME": "localhost"}
+            return subprocess.run(echo, capture_output=True, text=True, timeout=40, env=environment).stdout
+
+        assert "secs" in first("/clock", "clock")
+        assert "occupied" in first("/fv_viz/occupied", "markers[1]/ns")
+    finally:
+        player.send_signal(signal.SIGINT)
+        assert player.wait(20) == 130

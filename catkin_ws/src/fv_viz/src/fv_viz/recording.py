@@ -100,7 +100,9 @@ def description_of(bag: Path) -> str:
     try:
         with AnyReader([bag]) as reader:
             wanted = [one for one in reader.connections if one.topic == DESCRIPTION]
-            for connection, _, data in reader.messages(connections=wanted):
+            for connection, _, data in (
+                reader.messages(connections=wanted) if wanted else ()
+            ):  # none means all there
                 return reader.deserialize(data, connection.msgtype).data
     except AnyReaderError as error:
         raise ValueError(f"{bag} cannot be read: {error}") from error
@@ -155,7 +157,7 @@ def to_mcap(bag: Path, out: Path) -> None:
         raise FileExistsError(f"{out} is there already")
     everything = {"exclude_topics": [], "include_topics": [], "exclude_msgtypes": [], "include_msgtypes": []}
     try:
-        convert([bag], out, "mcap", 9, None, "file", None, None, **everything)
+        convert([bag], out, "mcap", 9, "zstd", "storage", None, None, **everything)
     except ConverterError as error:
         raise ValueError(f"{bag} cannot be converted: {error}") from error
 

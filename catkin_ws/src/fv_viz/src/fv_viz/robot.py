@@ -87,6 +87,7 @@ class RobotShapes:
                 one = shapes.marker(
                     Header(frame_id=self.root), namespace, visual.kind, color, alpha, number + len(out)
                 )
+                one.frame_locked = True  # else RViz drops for good what comes before the first transform
                 one.pose = pose_message(poses[visual.link] @ visual.T_link_shape)
                 one.scale, one.mesh_resource = Vector3(*visual.size), visual.mesh
                 out.append(packing.pack_marker(one))

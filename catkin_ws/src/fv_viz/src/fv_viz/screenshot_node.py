@@ -19,7 +19,7 @@ from std_msgs.msg import UInt64
 
 from fv_viz import decisions, framing, legend
 from fv_viz.config import ScreenshotConfig, VizConfig
-from fv_viz.offscreen.camera import Camera, RvizFailed
+from fv_viz.offscreen.camera import Camera
 from hubo_description.schema import from_mapping
 
 
@@ -55,7 +55,7 @@ class ScreenshotNode:
     def _start(self) -> None:
         try:
             self._camera.start()
-        except RvizFailed as error:
+        except RuntimeError as error:
             rospy.logwarn("%s; the first picture tries again", error)
 
     def _on_drawn(self, msg: UInt64) -> None:
@@ -90,7 +90,7 @@ class ScreenshotNode:
         with self._lock:
             try:
                 reply, path = self._picture(request)
-            except (ValueError, OSError, RvizFailed) as error:
+            except (ValueError, OSError, RuntimeError) as error:
                 rospy.logwarn("no picture: %s", error)
                 return ScreenshotResponse(success=False, message=str(error))
         return ScreenshotResponse(True, path, reply["errors"])

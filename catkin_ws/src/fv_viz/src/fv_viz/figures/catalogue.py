@@ -12,14 +12,14 @@ from fv_viz.figures.material import Material
 
 @dataclasses.dataclass(frozen=True)
 class Caption:
-    """The thesis's figure in a few words, and how ours differs from it."""
+    """The thesis's figure in a few words, and how ours differs from it; {scene} is what ours is of."""
 
     thesis: str
     differs: str
 
 
 FIGURES: dict[str, Callable[[Material], Figure]] = dict(sorted({**scans.FIGURES, **arms.FIGURES}.items()))
-_SCENE = "our scene is simulated, the thesis's was recorded"
+_SCENE = "another scene, {scene}"
 _ARM = "HUBO's right arm of 6 joints; the thesis shows another manipulator of 7"
 CAPTIONS = {
     "2.2": Caption(
@@ -50,7 +50,8 @@ CAPTIONS = {
     ),
     "5.1": Caption("frontier voxels in red before clustering, six views, the last one from inside", _SCENE),
     "5.2": Caption(
-        "a map made of the simulated sensor's data, colour is height", "another room and other colours"
+        "a map made of the simulated sensor's data, colour is height",
+        "another scene and other colours",
     ),
     "5.3": Caption(
         "void voxels, initial ellipsoids and resulting void clusters of the first scan, four views",

@@ -14,7 +14,6 @@ from fv_viz.figures import compose, gallery, sources
 from fv_viz.figures.catalogue import CAPTIONS, FIGURES
 from fv_viz.figures.material import Material
 from fv_viz.figures.stage import Stage
-from fv_viz.offscreen.camera import RvizFailed
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:
@@ -72,7 +71,7 @@ def make_all(material: Material, options: argparse.Namespace) -> list[str]:
         started = time.monotonic()
         try:
             words = _make(material, number, options.out, origin_of(options))
-        except (sources.NoData, RvizFailed, ValueError) as error:
+        except (RuntimeError, ValueError) as error:  # NoData, RvizFailed, no display
             words = f"not made: {error}"
         if words:
             failed.append(number)
@@ -91,7 +90,8 @@ def _make(material: Material, number: str, folder: Path, origin: str) -> str:
         raise sources.NoData("its data hold nothing of what it shows")
     caption, command = CAPTIONS[number], f"scripts/figures --only {number} {origin}".strip()
     told = [f"Data: {figure.made_by}", f"Command: {command}", f"The thesis: {caption.thesis}"]
-    compose.save(figure, number, folder, [*told, f"What differs: {caption.differs}"])
+    scene = "recorded" if "--cloud" in origin else "simulated; the thesis's was recorded"
+    compose.save(figure, number, folder, [*told, f"What differs: {caption.differs.format(scene=scene)}"])
     wrong = compose.figure_faults(figure)
     return "; ".join(wrong + [f"RViz: {line}" for line in np.unique(material.stage.errors)])
 

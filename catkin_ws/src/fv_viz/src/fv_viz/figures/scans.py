@@ -96,7 +96,7 @@ def figure_3_6(m: Material) -> Figure:
         legend.Entry("frame", tones[[k]], f"free leaf of {100 * msg.resolution * 2**k:g} cm")
         for k in range(LEAVES)
     ]
-    return Figure(panels, shows, m.scans.made_by, key, {"blue": 0.05})
+    return Figure(panels, shows, m.scans.made_by, key, {"blue": 0.02})
 
 
 def figure_5_1(m: Material) -> Figure:
@@ -122,7 +122,7 @@ def figure_5_2(m: Material) -> Figure:
     """The map by height."""
     m.show(m.scans.several)
     panel = m.stage.take(["Occupied by height"], m.at_scan(*ONE, several=True))
-    shows = f"the map after {m.scans.count} scans by the simulated sensor, coloured by height"
+    shows = f"the map after {m.scans.count} scans by the depth camera, coloured by height"
     words = f"{len(triples(m.scans.several.occupied))} occupied voxels by height"
     return Figure([(words, panel)], shows, m.scans.made_by, lines("occupied"), {"blue": 0.03})
 

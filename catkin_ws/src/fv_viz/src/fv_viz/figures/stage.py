@@ -27,7 +27,10 @@ SETTINGS = {"frontier_alpha": 1.0, "free_alpha": 0.45, "max_dots": 200_000, "gho
 
 
 class Stage:
-    """Use as a context. Raises RuntimeError when a node or the display does not come up."""
+    """Use as a context, one in a process. RViz starts with the first picture.
+
+    Raises RuntimeError when the master does not come up.
+    """
 
     def __init__(self, width: int = 960, height: int = 720) -> None:
         self._size = width, height
@@ -35,6 +38,7 @@ class Stage:
         self._publishers: dict[str, rospy.Publisher] = {}
         self._folder = tempfile.TemporaryDirectory()
         self._drawn = self._sequence = 0
+        self._joint_timer: rospy.Timer | None = None
         self.errors: list[str] = []
 
     def __enter__(self) -> Stage:
@@ -46,6 +50,8 @@ class Stage:
         return self
 
     def __exit__(self, *_) -> None:
+        if self._joint_timer:
+            self._joint_timer.shutdown()
         if hasattr(self, "_camera"):
             self._camera.close()
         self._session.__exit__()
@@ -59,6 +65,13 @@ class Stage:
     def run(self, package: str, program: str, *arguments: str) -> subprocess.Popen:
         """Start a node of this stage."""
         return self._session.rosrun(package, program, *arguments)
+
+    def wait_for(self, topic: str, timeout_s: float = 20.0) -> None:
+        """Wait until a node publishes markers on a topic. Raises RuntimeError when none does."""
+        try:
+            rospy.wait_for_message(topic, MarkerArray, timeout=timeout_s)
+        except rospy.ROSException as error:
+            raise RuntimeError(f"no markers on {topic} within {timeout_s:g} s") from error
 
     def evaluation(self, msg: Evaluation) -> None:
         """Have an evaluation drawn."""
@@ -80,13 +93,16 @@ class Stage:
         self.publish("/ompl_planner/path", msg)
 
     def joints(self, positions: dict[str, float]) -> None:
-        """Move the robot of the robot model; robot_state_publisher turns it into frames."""
-        stamp = rospy.Time.now()
-        for _ in range(3):
-            names, values = list(positions), list(positions.values())
-            self.publish("/joint_states", JointState(header=Header(stamp=stamp), name=names, position=values))
-            time.sleep(0.1)
-            stamp = rospy.Time.now()
+        """Move the robot of the robot model; robot_state_publisher turns it into frames, again and again."""
+        names, values = list(positions), list(positions.values())
+
+        def tell(_) -> None:
+            header = Header(stamp=rospy.Time.now())
+            self.publish("/joint_states", JointState(header=header, name=names, position=values))
+
+        if self._joint_timer:
+            self._joint_timer.shutdown()
+        self._joint_timer = rospy.Timer(rospy.Duration(0.1), tell)
 
     def cloud(self, msg: PointCloud2) -> None:
         """Show a cloud of points."""
@@ -119,7 +135,6 @@ class Stage:
         self._subscriber = rospy.Subscriber("/fv_viz/drawn", UInt64, self._on_drawn, queue_size=1)
         width, height = self._size
         self._camera = Camera(ScreenshotConfig(config=str(rviz), width=width, height=height))
-        self._camera.start()
 
     def _on_drawn(self, msg: UInt64) -> None:
         self._drawn = msg.data

@@ -87,15 +87,14 @@ class RvizProcess:
 class Camera:
     """Pictures on demand; owns the display (its own Xvfb when there is none) and the RViz process.
 
-    Raises RuntimeError when there is neither a display nor Xvfb. RViz itself starts with the first picture or start().
+    Both start with the first picture or start(), which raise RuntimeError when there is neither a display nor Xvfb.
     """
 
     def __init__(self, config: ScreenshotConfig) -> None:
         self._config = config
-        self._server = None if os.environ.get("DISPLAY") else Xvfb()
-        self._display = self._server.name if self._server else os.environ["DISPLAY"]
+        self._server: Xvfb | None = None
         self._rviz: RvizProcess | None = None
-        # One thread for all orders: RViz ends with the thread that started it, see die_with_parent.
+        # One thread for all orders: programs end with the thread that started them, see die_with_parent.
         self._worker = ThreadPoolExecutor(max_workers=1)
 
     @property
@@ -125,8 +124,11 @@ class Camera:
             self._server = None
 
     def _start(self) -> None:
+        if self._server is None and not os.environ.get("DISPLAY"):
+            self._server = Xvfb()
         if self._rviz is None:
-            self._rviz = RvizProcess(self._config, self._display)
+            display = self._server.name if self._server else os.environ["DISPLAY"]
+            self._rviz = RvizProcess(self._config, display)
 
     def _take(self, order: dict) -> dict:
         try:

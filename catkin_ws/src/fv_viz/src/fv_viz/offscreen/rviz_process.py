@@ -84,7 +84,9 @@ class Renderer:
             raise ValueError(f"no display named {', '.join(unknown)}; known: {', '.join(self._shown)}")
         for display in self._displays():
             name = display.getName()
-            wanted = name in show or (self._shown[name] and name not in hide and "*" not in hide)
+            wanted = (
+                name in show or "*" in show or (self._shown[name] and name not in hide and "*" not in hide)
+            )
             if wanted != display.isEnabled():
                 display.setEnabled(wanted)
 

@@ -34,7 +34,8 @@ def comparison(runs: list[RunData]) -> str:
         figure("Path length of each view", _spread(cases, "path_length_rad", 1.0, "path [rad]")),
         "</div><h2>Every run</h2>",
         table(
-            [[name, *_summary(run)] for name, run in zip(names, runs, strict=True)], ["run", "case", *KEYS]
+            [[name, *_summary(run)] for name, run in zip(names, runs, strict=True)],
+            ["run", "case", *(key.replace("_", " ") for key in KEYS)],
         ),
         "<h2>Mean seconds of a view</h2>",
         table([[name, *_means(run)] for name, run in zip(names, runs, strict=True)], ["run", *TIMES]),
@@ -51,7 +52,10 @@ def grouped(runs: list[RunData]) -> dict[str, list[RunData]]:
 
 
 def spread(runs: list[RunData], name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Views (V,) and values (R, V) of a column; a run that ended earlier keeps its last share, and NaN for the rest."""
+    """Views (V,) and values (R, V) of a column; a run that ended earlier keeps its last share, and NaN for the rest.
+
+    Views are numbered as in metrics.csv, from 1 where it does not number them.
+    """
     columns = [run.column(name) for run in runs]
     length = max(map(len, columns), default=0)
     values = np.full((len(runs), length), np.nan)
@@ -59,7 +63,9 @@ def spread(runs: list[RunData], name: str) -> tuple[np.ndarray, np.ndarray]:
         row[: len(column)] = column
         if name.endswith("_share") and len(column):
             row[len(column) :] = column[-1]
-    return np.arange(1, length + 1), values
+    begins = [run.column("view")[0] for run in runs if len(run.column("view"))]
+    first = int(np.nanmin(begins)) if np.isfinite(begins).any() else 1
+    return np.arange(first, first + length), values
 
 
 def _case(run: RunData) -> str:

@@ -86,7 +86,9 @@ def outcome(data: RunData) -> str:
 
 def table(rows: Iterable[Iterable[Any]], header: Iterable[str] = ()) -> str:
     """An HTML table; numbers are set right."""
-    head = "".join(f'<th class="number">{_text(name)}</th>' for name in header)
+    rows, header = [list(row) for row in rows], list(header)
+    kinds = [_kind(value) for value in rows[0]] if rows else [""] * len(header)
+    head = "".join(f"<th{kind}>{_text(name)}</th>" for name, kind in zip(header, kinds, strict=False))
     body = "".join("<tr>" + "".join(_cell(value) for value in row) + "</tr>" for row in rows)
     head = f"<thead><tr>{head}</tr></thead>" if head else ""
     return f'<div class="scroll"><table>{head}{body}</table></div>'
@@ -115,8 +117,11 @@ def _is_number(value: Any) -> bool:
 
 
 def _cell(value: Any) -> str:
-    kind = ' class="number"' if _is_number(value) or value != value else ""
-    return f"<td{kind}>{_text(shown(value))}</td>"
+    return f"<td{_kind(value)}>{_text(shown(value))}</td>"
+
+
+def _kind(value: Any) -> str:
+    return ' class="number"' if _is_number(value) or value != value else ""
 
 
 def _missing(data: RunData) -> str:

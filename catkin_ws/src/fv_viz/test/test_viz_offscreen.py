@@ -1,0 +1,72 @@
+"""What is said when pictures cannot be taken: no display, an RViz that fails and fails again."""
+
+import shutil
+
+import pytest
+
+from fv_viz.config import ScreenshotConfig
+from fv_viz.figures import command, sources
+from fv_viz.offscreen import camera, xvfb
+
+
+@pytest.fixture
+def failing(monkeypatch):
+    """An RViz that starts and then fails; the list of its deaths."""
+    deaths = []
+
+    class Failing:
+        def __init__(self, config, display):
+            pass
+
+        def order(self, order, timeout_s):
+            deaths.append(f"fate {len(deaths) + 1}")
+            raise camera.RvizFailed(deaths[-1])
+
+        def close(self):
+            pass
+
+    monkeypatch.setattr(camera, "RvizProcess", Failing)
+    monkeypatch.setenv("DISPLAY", ":nowhere")
+    return deaths
+
+
+def test_an_rviz_that_fails_is_started_once_more_and_then_named(failing):
+    taker = camera.Camera(ScreenshotConfig())
+    with pytest.raises(camera.RvizFailed, match="fate 2; before its restart: fate 1"):
+        taker.take({"grab": "a.png"})
+    taker.close()
+    assert len(failing) == 2
+
+
+def test_neither_display_nor_xvfb_is_said_and_nothing_is_left_behind(monkeypatch):
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.setattr(xvfb.shutil, "which", lambda name: None)
+    taker = camera.Camera(ScreenshotConfig())
+    with pytest.raises(RuntimeError, match="no display and no Xvfb"):
+        taker.start()
+    taker.close()
+
+
+@pytest.mark.skipif(not shutil.which("Xvfb"), reason="no Xvfb")
+def test_an_x_server_of_our_own_has_a_free_number():
+    one, two = xvfb.Xvfb(), xvfb.Xvfb()
+    assert one.name != two.name
+    one.close()
+    two.close()
+
+
+def test_a_figure_that_fails_does_not_keep_the_others_from_being_made(monkeypatch, tmp_path, capsys):
+    def make(material, number, folder, origin):
+        if number == "3.1":
+            raise camera.RvizFailed("RViz died with code 9")
+        if number == "3.2":
+            raise sources.NoData("no cloud")
+        return ""
+
+    monkeypatch.setattr(command, "_make", make)
+    options = command.parse(["--only", "3.1,3.2,3.3", "--out", str(tmp_path)])
+    assert command.make_all(None, options) == ["3.1", "3.2"]
+    lines = capsys.readouterr().out.splitlines()
+    assert "3.1: not made: RViz died with code 9" in lines[0]
+    assert "3.2: not made: no cloud" in lines[1]
+    assert "3.3: ok" in lines[2]
