@@ -1,4 +1,4 @@
-"""How true are the answers? HUBO against EAIK, KUKA against finer redundancy sampling."""
+"""How true are the answers? HUBO against EAIK, KUKA against Newton's method from many starts."""
 
 from __future__ import annotations
 
@@ -12,24 +12,34 @@ import importlib.util
 
 import numpy as np
 from capability_rows import row
-from capability_truth import eaik_truth
+from capability_truth import eaik_truth, many_start_truth
 
 from capability_map import BuildParameters, CapabilityMap, check
 from capability_map._core import ViewProbe
 from capability_map.plan import probe_options
 from capability_map.robots import load_arm
 
+VIEWS_SEED = 4711  # the maps' thresholds were found at other views (build.CALIBRATION_SEED)
+POINTS_SEED = 4712
+
 
 def run(quick: bool) -> list[dict]:
     """Accuracy, found and false positives of every way of asking; bars on interpolated bits."""
     maps = _neighbour("capability_map")
     rows = []
-    for robot in ("hubo",) if quick else ("hubo", "kuka_iiwa"):
+    for robot in ("hubo", "kuka_iiwa"):
         cap, arm = maps.default_map(robot), load_arm(robot)
-        views = check.random_views(cap, 1000 if quick else 20000, 2)
-        truth = eaik_truth(arm, *views, 5.0) if robot == "hubo" else check.fresh_truth(cap, arm, *views, 2.0)
+        views = check.random_views(cap, 1000 if quick else 20000, VIEWS_SEED)
+        truth = eaik_truth(arm, *views, 5.0) if robot == "hubo" else many_start_truth(arm, *views, 40)
         for result in check.compare(cap, truth, *views):
             rows += _rows(robot, result)
+        fresh = check.fresh_truth(cap, arm, *views, BuildParameters().roll_step_deg)
+        name = "EAIK" if robot == "hubo" else "many starts"
+        for found, lost in (("ours", truth & ~fresh), (name, fresh & ~truth)):
+            rows.append(
+                row("capability_accuracy", f"{robot}: views held that {found} does not find, of {len(truth)}",
+                    int(lost.sum()), "views")
+            )  # fmt: skip
         rows.append(_baldness_row(cap, arm, 200 if quick else 2000))
     return rows
 
@@ -52,7 +62,7 @@ def _rows(robot: str, result: check.Accuracy) -> list[dict]:
 
 def _baldness_row(cap: CapabilityMap, arm, count: int) -> dict:
     """Random sphere points decided again with ten times finer roll and redundancy: is a point missing?"""
-    random = np.random.default_rng(3)
+    random = np.random.default_rng(POINTS_SEED)
     sphere = random.integers(len(cap.centres), size=count)
     point = random.integers(len(cap.directions), size=count)
     outward = cap.directions[point]

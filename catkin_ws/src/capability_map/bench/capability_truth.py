@@ -1,4 +1,4 @@
-"""Independent truth for HUBO's arm: EAIK, limits by hand, and the robot model's self-collision."""
+"""Independent truth: EAIK for HUBO's arm, many starts for others; limits by hand, the robot model's self-collision."""
 
 from __future__ import annotations
 
@@ -52,23 +52,48 @@ def rolled(positions: np.ndarray, directions: np.ndarray, roll_rad: float) -> np
     return T
 
 
+class Contact:
+    """Does the robot touch itself when the group's joints are q (B, J) and the others rest?"""
+
+    def __init__(self, arm, model) -> None:
+        from fv_robot_model._core import SelfCollision
+
+        self._collision = SelfCollision(model, group=arm.group)
+        self._rest = np.array([np.clip(0.0, limit.lower, limit.upper) for limit in model.limits])
+        self._places = model.group(arm.group).joint_indices
+
+    def __call__(self, q: np.ndarray) -> np.ndarray:
+        """(B, J) to (B,) bool."""
+        q_all = np.tile(self._rest, (len(q), 1))
+        q_all[:, self._places] = q
+        return self._collision.in_contact(q_all)
+
+
 def eaik_truth(arm, positions: np.ndarray, directions: np.ndarray, roll_step_deg: float) -> np.ndarray:
     """Which views can HUBO's arm hold? (N,) bool by a roll sweep, limits and self-collision."""
-    from fv_robot_model._core import SelfCollision
     from fv_robot_model.ik import SerialChain
 
     model = arm.model()
-    eaik = EaikArm(SerialChain.of_group(model, arm.group))
-    collision = SelfCollision(model, group=arm.group)
-    rest = np.array([np.clip(0.0, limit.lower, limit.upper) for limit in model.limits])
-    places = model.group(arm.group).joint_indices
+    eaik, in_contact = EaikArm(SerialChain.of_group(model, arm.group)), Contact(arm, model)
     held = np.zeros(len(positions), bool)
     for roll in np.deg2rad(np.arange(0.0, 360.0, roll_step_deg)):
         rows = np.flatnonzero(~held)
         answers = eaik.batch(eaik.prepare(rolled(positions[rows], directions[rows], roll)), 2)
         solutions = [eaik.within_limits(answer) for answer in answers]
         owners = np.repeat(rows, [len(q) for q in solutions])
-        q_all = np.tile(rest, (len(owners), 1))
-        q_all[:, places] = np.concatenate(solutions)
-        held[owners[~collision.in_contact(q_all)]] = True
+        held[owners[~in_contact(np.concatenate(solutions))]] = True
     return held
+
+
+def many_start_truth(arm, positions: np.ndarray, directions: np.ndarray, starts: int) -> np.ndarray:
+    """Which views can an arm of revolute joints hold, to 1 mm and 1 degree? (N,) bool."""
+    from many_starts import Arm, many_start_truth
+
+    from fv_robot_model.ik import SerialChain
+
+    model = arm.model()
+    chain = SerialChain.of_group(model, arm.group)
+    arrays = Arm(chain.axes, chain.points, chain.limits, chain.T_zero)
+    return many_start_truth(
+        arrays, Contact(arm, model), chain.reach_bound(), positions, directions, starts, seed=1
+    )

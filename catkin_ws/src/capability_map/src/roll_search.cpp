@@ -201,7 +201,14 @@ RollSearch::RollSearch(int dof, int held_joint, std::vector<Arm> arms, const Rol
   for (const auto& entry : ranked) tries_.push_back(entry.second);
 }
 
-bool RollSearch::search(const Eigen::Isometry3d& T_base_tip, const Visitor& visit) {
+std::vector<double> RollSearch::heldValuesOfLastJoint() const {
+  std::vector<double> values;
+  if (held_joint_ != dof_ - 1) return values;
+  for (const Arm& arm : arms_) values.push_back(arm.held);
+  return values;
+}
+
+bool RollSearch::search(const Eigen::Isometry3d& T_base_tip, const Filter& filter, const Visitor& visit) {
   T_ = T_base_tip;
   near_misses_.clear();
   bool any = false;
@@ -215,20 +222,22 @@ bool RollSearch::search(const Eigen::Isometry3d& T_base_tip, const Visitor& visi
     // alone bounds has one of them in its middle, however narrow it is.
     const ElbowBound::Rolls& rolls = rolls_of_arm_[0];
     const double angle = std::atan2(rolls.middle_sin, rolls.middle_cos);
-    if (tryRoll(0, {rolls.middle_cos, rolls.middle_sin, angle}, visit)) return true;
-    if (tryRoll(0, {-rolls.middle_cos, -rolls.middle_sin, angle + M_PI}, visit)) return true;
+    if (tryRoll(0, {rolls.middle_cos, rolls.middle_sin, angle}, filter, visit)) return true;
+    if (tryRoll(0, {-rolls.middle_cos, -rolls.middle_sin, angle + M_PI}, filter, visit)) return true;
   }
   for (const auto& [arm, roll] : tries_)
-    if (tryRoll(arm, roll, visit)) return true;
+    if (tryRoll(arm, roll, filter, visit)) return true;
   // Windows between joint limits may be narrower than a step.
   for (const NearMiss& miss : near_misses_)
     if (tryNearMiss(miss, visit)) return true;
   return false;
 }
 
-bool RollSearch::tryRoll(size_t arm, const Roll& roll, const Visitor& visit) {
+bool RollSearch::tryRoll(size_t arm, const Roll& roll, const Filter& filter, const Visitor& visit) {
   if (!rolls_of_arm_[arm].admits(roll.c, roll.s)) return false;
-  solve(arms_[arm], roll);
+  const Eigen::Isometry3d T = rolled(T_, roll.c, roll.s);
+  if (!filter(T, arm)) return false;
+  solve(arms_[arm], T);
   if (visitWithin(arms_[arm], visit)) return true;
   if (options_.between_steps) {
     for (int i = 0; i < found_.size() && near_misses_.size() < kNearMisses; ++i) {
@@ -262,7 +271,7 @@ bool RollSearch::tryNearMiss(NearMiss miss, const Visitor& visit) {
     }
     const double angle = miss.roll.angle + turn;
     const Roll roll{std::cos(angle), std::sin(angle), angle};
-    solve(arm, roll);
+    solve(arm, rolled(T_, roll.c, roll.s));
     if (visitWithin(arm, visit)) return true;
     if (!whole_.empty()) return false;  // within limits, but not wanted
     on_branch = follow(turn * rate, miss);
@@ -287,10 +296,10 @@ bool RollSearch::follow(const Eigen::Matrix<double, 6, 1>& moved, NearMiss& miss
   return best >= 0;
 }
 
-void RollSearch::solve(const Arm& arm, const Roll& roll) {
+void RollSearch::solve(const Arm& arm, const Eigen::Isometry3d& T_base_tip) {
   ++ik_calls_;
   found_.reset(6);
-  arm.wider->solvePose(rolled(T_, roll.c, roll.s), nullptr, found_);
+  arm.wider->solvePose(T_base_tip, nullptr, found_);
 }
 
 bool RollSearch::visitWithin(const Arm& arm, const Visitor& visit) {

@@ -61,6 +61,11 @@ ViewProbe::ViewProbe(const fv_robot_model::RobotModel& model, const std::string&
     q_all_[i] = std::clamp(0.0, limits.lower, limits.upper);
   }
   model.forward(q_all_, link_poses_);
+  if (roll_search_ && collision_) {
+    const std::vector<double> held = roll_search_->heldValuesOfLastJoint();
+    tip_contact_ = std::make_unique<TipContact>(model, group_, q_all_, held);
+    tip_contact_of_held_ = !held.empty();
+  }
 }
 
 bool ViewProbe::isFree(const double* q) {
@@ -126,10 +131,18 @@ double ViewProbe::solveWith(const ik::IkSolver& solver, const Eigen::Isometry3d&
 
 double ViewProbe::searchRoll(const Eigen::Isometry3d& T, double* q_witness) {
   double manipulability = -1.0;
+  bool met_contact = false;
   const int64_t before = roll_search_->ikCalls();
-  roll_search_->search(T, [&](ik::IkSolutions& solutions) {
+  // Most views meet no contact: only where one did, what the tip carries is looked at first.
+  const auto tip_is_free = [&](const Eigen::Isometry3d& T_base_tip, size_t held) {
+    if (!met_contact) return true;
+    ++counts_.collision_checks;
+    return !tip_contact_->unavoidable(*collision_, T_base_tip, tip_contact_of_held_ ? held : 0);
+  };
+  roll_search_->search(T, tip_is_free, [&](ik::IkSolutions& solutions) {
     manipulability = bestFree(solutions, q_witness);
-    return manipulability >= 0.0;
+    met_contact = manipulability < 0.0;
+    return !met_contact;
   });
   counts_.ik_calls += roll_search_->ikCalls() - before;
   return manipulability;

@@ -24,10 +24,16 @@ from capability_map.build import (
     local_executor,
     timed_chunk,
 )
-from capability_map.commands import build_command, check_command, info_command, run_command
+from capability_map.commands import (
+    build_command,
+    check_command,
+    info_command,
+    listed_maps,
+    run_command,
+)
 from capability_map.paths import default_map_path
 from capability_map.plan import plan_build
-from capability_map.robots import Arm
+from capability_map.robots import Arm, load_arm
 
 COARSE = BuildParameters(radii_per_arm_length=5.0, points=24, roll_step_deg=30.0)
 
@@ -45,6 +51,42 @@ def test_every_point_of_the_map_equals_a_fresh_decision(cap, arm):
     outward = np.tile(cap.directions, (len(rows), 1))
     truth, _ = probe.decide(centers + cap.radius * outward, -outward)
     assert np.array_equal(truth.reshape(len(rows), -1), cap.valid[rows])
+
+
+def test_no_shortcut_loses_a_view_that_plain_steps_find():
+    from scipy.spatial.transform import Rotation
+
+    from fv_robot_model import SelfCollision
+    from fv_robot_model.ik import SerialChain, make_ik_solver
+
+    hubo = load_arm("hubo")
+    model = hubo.model()
+    plan = plan_build(hubo, BuildParameters(radii_per_arm_length=10.0))
+    random = np.random.default_rng(0)
+    # Most within half an arm's length: there the body is in the way.
+    positions = plan.reach_center_m + random.uniform(-0.5, 0.5, (300, 3)) * plan.arm_length_m
+    turns = Rotation.random(300, random_state=0)
+    held, _ = ViewProbe(model, "right_arm", plan.probe_options()).decide(
+        positions, turns.as_matrix()[:, :, 2]
+    )
+    solver = make_ik_solver(SerialChain.of_group(model, "right_arm"))
+    collision = SelfCollision(model, group="right_arm")
+    q_all = np.zeros((1, len(model.limits)))
+    lost = blocked = 0
+    for position, turn, answer in zip(positions, turns, held, strict=True):
+        poses = np.tile(np.eye(4), (36, 1, 1))
+        poses[:, :3, :3] = (
+            turn * Rotation.from_euler("z", np.arange(0, 360, 10)[:, None], degrees=True)
+        ).as_matrix()
+        poses[:, :3, 3] = position
+        q = np.repeat(q_all, len(joints := solver.solve(poses)[1]), axis=0)
+        q[:, model.group("right_arm").joint_indices] = joints
+        free = len(q) > 0 and not collision.in_contact(q).all()
+        lost += free and not answer
+        blocked += len(q) > 0 and not free
+    assert lost == 0
+    assert blocked > 10  # contact matters here
+    assert held.sum() > 30
 
 
 def test_cells_left_out_hold_nothing(cap, arm):
@@ -232,6 +274,26 @@ def test_a_second_build_of_hubo_has_nothing_to_do(capsys, tmp_path, monkeypatch)
     assert "up to date" in capsys.readouterr().out
     assert run_command(build_command, [*arguments[:-1], "40"]) == 0
     assert "written to" in capsys.readouterr().out
+
+
+def test_one_command_builds_every_listed_map(capsys, tmp_path, monkeypatch):
+    monkeypatch.setenv("FV_DATA", str(tmp_path))
+    assert set(listed_maps()) == {
+        ("hubo", "right_arm"),
+        ("hubo", "left_arm"),
+        ("kuka_iiwa", "arm"),
+        ("youbot_arm", "arm"),
+        ("franka_panda", "arm"),
+    }
+    monkeypatch.setattr("capability_map.build.CALIBRATION_VIEWS", 1000)
+    assert run_command(build_command, ["--all", "--radius", "0.3", "--points", "24"]) == 0
+    built = {path.stem for path in (tmp_path / "capability_maps").glob("*.h5")}
+    assert built == {f"{robot}_{group}" for robot, group in listed_maps()}
+    families = [
+        line for line in capsys.readouterr().out.splitlines() if line.startswith("inverse kinematics")
+    ]
+    assert not any("kdl" in line for line in families)
+    assert run_command(build_command, ["--all", "--group", "arm"]) == 1
 
 
 @pytest.fixture

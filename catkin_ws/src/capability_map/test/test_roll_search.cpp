@@ -73,7 +73,8 @@ TEST(ElbowBound, LeavesEveryRollThatTheArmCanHold) {
 
 bool held(RollSearch& search, const Eigen::Isometry3d& T, const ik::SerialChain& chain) {
   bool found = false;
-  search.search(T, [&](RollSearch::Solutions& solutions) {
+  const auto any = [](const Eigen::Isometry3d&, size_t) { return true; };
+  search.search(T, any, [&](RollSearch::Solutions& solutions) {
     for (int i = 0; i < solutions.size(); ++i) {
       const Eigen::Isometry3d actual = chain.forward(solutions.row(i));
       EXPECT_LE((actual.translation() - T.translation()).norm(), 1e-6);

@@ -53,6 +53,8 @@ class RollSearch {
   using Solutions = fv_robot_model::ik::IkSolutions;
   /// Gets all solutions at one roll, (n, dof) of the whole chain; returns true to end the search.
   using Visitor = std::function<bool(Solutions&)>;
+  /// Asked before inverse kinematics: the rolled pose of the tip, and the number of the held joint's value.
+  using Filter = std::function<bool(const Eigen::Isometry3d&, size_t)>;
 
   /// nullptr when the chain is of another kind.
   /// @param held 7R: the joint to hold. @param held_values Its values; empty for 6R.
@@ -62,7 +64,10 @@ class RollSearch {
 
   /// @param T_base_tip The view at roll 0. @return what the visitor returned last; false when nothing was
   /// found.
-  bool search(const Eigen::Isometry3d& T_base_tip, const Visitor& visit);
+  bool search(const Eigen::Isometry3d& T_base_tip, const Filter& filter, const Visitor& visit);
+
+  /// The values at which the last joint is held; empty when it never is.
+  std::vector<double> heldValuesOfLastJoint() const;
 
   /// Calls of inverse kinematics so far.
   int64_t ikCalls() const { return ik_calls_; }
@@ -86,11 +91,11 @@ class RollSearch {
   };
 
   RollSearch(int dof, int held_joint, std::vector<Arm> arms, const RollSearchOptions& options);
-  bool tryRoll(size_t arm, const Roll& roll, const Visitor& visit);
+  bool tryRoll(size_t arm, const Roll& roll, const Filter& filter, const Visitor& visit);
   bool tryNearMiss(NearMiss miss, const Visitor& visit);
   /// Takes over the found solution of the same branch, after joints should have moved by so much.
   bool follow(const Eigen::Matrix<double, 6, 1>& moved, NearMiss& miss) const;
-  void solve(const Arm& arm, const Roll& roll);
+  void solve(const Arm& arm, const Eigen::Isometry3d& T_base_tip);
   bool visitWithin(const Arm& arm, const Visitor& visit);
 
   int dof_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "capability_map/roll_search.h"
+#include "capability_map/tip_contact.h"
 #include "fv_robot_model/ik/group_solver.h"
 #include "fv_robot_model/robot_model.h"
 #include "fv_robot_model/self_collision.h"
@@ -74,6 +75,8 @@ class ViewProbe {
   /// Where rolls have to be searched.
   std::unique_ptr<RollSearch> roll_search_;
   std::unique_ptr<fv_robot_model::SelfCollision> collision_;
+  std::unique_ptr<TipContact> tip_contact_;
+  bool tip_contact_of_held_{false};
   bool roll_by_last_joint_{false};
   ProbeCounts counts_;
   fv_robot_model::ik::IkSolutions solutions_;

@@ -35,7 +35,11 @@ def _build_arguments(arguments: list[str]) -> argparse.Namespace:
         prog="build",
         description="Build the capability map of an arm; goes on where an interrupted build stopped.",
     )
-    parser.add_argument("--robot", required=True, help="name of a robot of hubo_description, or its folder")
+    which = parser.add_mutually_exclusive_group(required=True)
+    which.add_argument("--robot", help="name of a robot of hubo_description, or its folder")
+    which.add_argument(
+        "--all", action="store_true", help="every map of config/maps.yaml, one after the other"
+    )
     parser.add_argument(
         "--group", help="SRDF group that is a chain (default: capability_group of robot.yaml)"
     )
@@ -68,6 +72,8 @@ def _build_arguments(arguments: list[str]) -> argparse.Namespace:
     options = parser.parse_args(arguments)
     if options.workers < 1:
         raise CapabilityMapError(f"--workers must be at least 1, not {options.workers}")
+    if options.all and (options.group or options.out):
+        raise CapabilityMapError("--all builds several maps: --group and --out make no sense with it")
     return options
 
 
@@ -83,12 +89,32 @@ def _parameters(options: argparse.Namespace, fine: bool = False) -> BuildParamet
 
 def build_command(arguments: list[str]) -> None:
     """`rosrun capability_map build`."""
+    options = _build_arguments(arguments)
+    if not options.all:
+        _build_one(options, options.robot, options.group)
+        return
+    for robot, group in listed_maps():
+        _build_one(options, robot, group)
+
+
+def listed_maps() -> list[tuple[str, str]]:
+    """Return robot and group of every map in config/maps.yaml."""
+    import rospkg
+    import yaml
+
+    path = Path(rospkg.RosPack().get_path("capability_map")) / "config" / "maps.yaml"
+    try:
+        return [(entry["robot"], entry["group"]) for entry in yaml.safe_load(path.read_text())["maps"]]
+    except (OSError, yaml.YAMLError, TypeError, KeyError) as err:
+        raise CapabilityMapError(f"{path}: {err}") from err
+
+
+def _build_one(options: argparse.Namespace, robot: str, group: str | None) -> None:
     from capability_map.build import build_map, local_executor
     from capability_map.plan import plan_build
     from capability_map.robots import load_arm
 
-    options = _build_arguments(arguments)
-    arm = load_arm(options.robot, options.group)
+    arm = load_arm(robot, group)
     out = options.out or default_map_path(arm.robot, arm.group)
     plan = plan_build(arm, _parameters(options))
     keys = {plan.key, plan_build(arm, _parameters(options, fine=True)).key}

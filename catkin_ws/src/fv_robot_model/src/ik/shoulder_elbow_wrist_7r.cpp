@@ -124,20 +124,31 @@ class ShoulderElbowWrist7R : public IkSolver {
       double q4 = a.angle();
       if (!fitToLimits(q4, elbow.lower, elbow.upper, options_.limit_tolerance_rad)) continue;
       const Eigen::Vector3d reach = upper_arm + turn(elbow.axis, a, forearm);
-      solveArmAngle(T_base_tip, E.linear(), q4, rotationAbout(elbow.axis, a.c, a.s), reach / reach.norm(),
-                    w / length, out);
+      solveArmAngle(T_base_tip, E.linear(), q4, rotationAbout(elbow.axis, a.c, a.s), reach, w, out);
     }
   }
 
  private:
+  /// What all arm angles share.
+  struct Elbow {
+    double q4;
+    Eigen::Vector3d to;        // from the shoulder towards the wrist, unit vector
+    Eigen::Matrix3d R0, left;  // the upper arm's rotation at arm angle 0; the inverse of R0 R4
+    double error_m;            // how far R0 leaves the wrist from its place
+  };
+
   void solveArmAngle(const Eigen::Isometry3d& T, const Eigen::Matrix3d& R_end, double q4,
-                     const Eigen::Matrix3d& R4, const Eigen::Vector3d& from, const Eigen::Vector3d& to,
+                     const Eigen::Matrix3d& R4, const Eigen::Vector3d& reach, const Eigen::Vector3d& w,
                      IkSolutions& out) const {
-    const Eigen::Matrix3d R0 = Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix();
-    const Eigen::Matrix3d left = (R0 * R4).transpose();
+    Elbow elbow;
+    elbow.q4 = q4;
+    elbow.to = w.normalized();
+    elbow.R0 = Eigen::Quaterniond::FromTwoVectors(reach, w).toRotationMatrix();
+    elbow.left = (elbow.R0 * R4).transpose();
+    elbow.error_m = (elbow.R0 * reach - w).norm();
     Breaks breaks;
-    upper_breaks_.collect(Eigen::Matrix3d::Identity(), to, 1.0, R0, breaks);
-    lower_breaks_.collect(left, to, -1.0, R_end, breaks);
+    upper_breaks_.collect(Eigen::Matrix3d::Identity(), elbow.to, 1.0, elbow.R0, breaks);
+    lower_breaks_.collect(elbow.left, elbow.to, -1.0, R_end, breaks);
     std::sort(breaks.angle.begin(), breaks.angle.begin() + breaks.count);
     if (breaks.count == 0) breaks.angle[static_cast<size_t>(breaks.count++)] = -M_PI;
     for (int i = 0; i < breaks.count; ++i) {
@@ -150,28 +161,40 @@ class ShoulderElbowWrist7R : public IkSolver {
       for (int k = 0; k < samples; ++k) {
         const int middle_first = k == 0 ? samples / 2 : (k <= samples / 2 ? k - 1 : k);
         const double psi = begin + (end - begin) * (middle_first + 0.5) / samples;
-        if (!solveAt(T, R_end, q4, R0, left, to, psi, out)) break;
+        if (!solveAt(T, R_end, elbow, psi, out)) break;
       }
     }
   }
 
-  bool solveAt(const Eigen::Isometry3d& T, const Eigen::Matrix3d& R_end, double q4, const Eigen::Matrix3d& R0,
-               const Eigen::Matrix3d& left, const Eigen::Vector3d& axis, double psi, IkSolutions& out) const {
-    const Eigen::Matrix3d turned = rotationAbout(axis, std::cos(psi), std::sin(psi));
+  bool solveAt(const Eigen::Isometry3d& T, const Eigen::Matrix3d& R_end, const Elbow& elbow, double psi,
+               IkSolutions& out) const {
+    const Eigen::Matrix3d turned = rotationAbout(elbow.to, std::cos(psi), std::sin(psi));
     SphericalJoint::Solutions upper;
-    upper_.solve(turned * R0, upper);
+    upper_.solve(turned * elbow.R0, upper);
     if (upper.count == 0) return false;
     SphericalJoint::Solutions lower;
-    lower_.solve(left * turned.transpose() * R_end, lower);
+    lower_.solve(elbow.left * turned.transpose() * R_end, lower);
     for (int i = 0; i < upper.count; ++i) {
       for (int j = 0; j < lower.count; ++j) {
-        const auto& a = upper.item[static_cast<size_t>(i)];
-        const auto& b = lower.item[static_cast<size_t>(j)];
-        double q[7] = {a.q[0], a.q[1], a.q[2], q4, b.q[0], b.q[1], b.q[2]};
-        accept(T, q, out);
+        emit(T, elbow, upper.item[static_cast<size_t>(i)], lower.item[static_cast<size_t>(j)], out);
       }
     }
     return lower.count > 0;
+  }
+
+  void emit(const Eigen::Isometry3d& T, const Elbow& elbow, const SphericalJoint::Solution& upper,
+            const SphericalJoint::Solution& lower, IkSolutions& out) const {
+    double q[7] = {upper.q[0], upper.q[1], upper.q[2], elbow.q4, lower.q[0], lower.q[1], lower.q[2]};
+    // What the parts miss, seen at the tip.
+    constexpr double kGood = 1e-9;
+    const double turned = upper.error_rad + lower.error_rad;
+    const double moved = elbow.error_m + turned * (T.translation() - shoulder_).norm() +
+                         lower.error_rad * (chain_.zeroPose().translation() - wrist_).norm();
+    if (turned < kGood && moved < kGood) {
+      out.push(q);
+    } else {
+      accept(T, q, out);
+    }
   }
 
   Eigen::Vector3d shoulder_, wrist_;
