@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from hubo_sim.ground_truth.analytic import away_from_edges, box_depth
 from hubo_sim.render import Pinhole, take_picture
 from hubo_sim.scene import Scene
-from hubo_sim.transforms import apply, inverse
+from hubo_sim.transforms import apply
 from hubo_sim.worlds import parse_object
 
 CAMERA = Pinhole(160, 120, np.radians(58.0), np.radians(45.0))
@@ -26,27 +27,6 @@ def scene(request):
 
 def add(scene, **entry):
     scene.add_object(parse_object(entry, "test"))
-
-
-def box_depth(camera, T_world_optical, T_world_box, size):
-    """Slab method: analytic depth (H, W) along the optical axis of a box, NaN where the ray misses."""
-    T = inverse(T_world_box) @ T_world_optical
-    rays = camera.rays().reshape(-1, 3)
-    origin, direction = T[:3, 3], rays @ T[:3, :3].T
-    with np.errstate(divide="ignore"):
-        a, b = (-size / 2 - origin) / direction, (size / 2 - origin) / direction
-    near, far = np.minimum(a, b).max(1), np.maximum(a, b).min(1)
-    return np.where((near <= far) & (near > 0), near, np.nan).reshape(camera.height, camera.width)
-
-
-def away_from_edges(depth, step=0.1):
-    """Pixels none of whose eight neighbours lies across a depth edge or misses."""
-    pad = np.pad(depth, 1, mode="edge")
-    h, w = depth.shape
-    neighbours = np.stack([pad[i : i + h, j : j + w] for i in range(3) for j in range(3)])
-    return np.isfinite(neighbours).all(0) & (
-        np.ptp(neighbours, axis=0) < step * np.nan_to_num(depth, nan=1.0)
-    )
 
 
 def camera_pose(roll_deg, distance_m, tilt_deg=0.0):

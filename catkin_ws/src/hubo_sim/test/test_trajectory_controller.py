@@ -186,6 +186,16 @@ def test_empty_trajectory_stops_and_holds():
     assert plant.codes == [("first", "canceled", Code.SUCCESSFUL), ("stop", "succeeded", Code.SUCCESSFUL)]
 
 
+def test_stop_close_to_a_limit_ends_within_it():
+    plant = Plant(constraints={"a": {"goal": 0.01}, "goal_time": 0.1})
+    plant.start(goal((0.5, 1.0), ((1.9, 0.0), (1.9, 0.0)), [[3.0, 0.0], [0.0, 0.0]]), "first")
+    plant.run(0.5)
+    plant.start(TrajectoryGoal(["a", "b"], [], [], [], []), "stop")  # from 3 rad/s, 0.1 rad before the limit
+    plant.run(1.5)
+    assert plant.codes[-1] == ("stop", "succeeded", Code.SUCCESSFUL)
+    assert plant.position[0] == pytest.approx(2.0)
+
+
 def test_cancel_brakes_and_holds():
     plant = Plant()
     plant.start(goal((2.0,), ((1.0, 1.0),), [[0.0, 0.0]]))

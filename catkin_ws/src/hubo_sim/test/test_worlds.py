@@ -10,9 +10,10 @@ from hubo_sim.ground_truth import TrueWorld
 from hubo_sim.ground_truth.triangles import surface_points
 from hubo_sim.paths import package_folder
 from hubo_sim.scene import Scene
+from hubo_sim.sim_main import print_worlds
 from hubo_sim.worlds import list_worlds, load_world, parse_object, parse_world
 
-GENERATED = ["room:1", "room:2", "tabletop:1"]
+GENERATED = ["room:1", "room:2", "tabletop:1", "tabletop"]
 MINIMAL = {"description": "d", "bounds": {"min_m": [0, 0, 0], "max_m": [1, 1, 1]}}
 
 
@@ -49,6 +50,14 @@ def test_generated_worlds_repeat_for_their_seed(name):
 def test_unknown_world_lists_the_valid_ones():
     with pytest.raises(SimError, match="office"):
         load_world("nowhere")
+
+
+def test_list_names_every_world_and_each_of_them_loads(capsys):
+    print_worlds()
+    listed = [line.split()[0] for line in capsys.readouterr().out.splitlines()]
+    assert {"shelf", "office", "cabinet", "rubble", "monastery", "empty", "tabletop:SEED"} <= set(listed)
+    for name in listed:
+        assert load_world(name.replace("SEED", "7")).description
 
 
 def test_bad_seed_of_a_generated_world_is_named():

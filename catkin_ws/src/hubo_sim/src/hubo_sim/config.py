@@ -65,10 +65,12 @@ class SimConfig:
     rest_time_s: float = 0.1
     settle_timeout_s: float = 5.0
     robot_timeout_s: float = 0.0
+    video: str = ""
+    video_rate_hz: float = 10.0
 
     def __post_init__(self) -> None:
         number(self.real_time_factor, "real_time_factor", 0.0, 1e4)
-        for name in ("physics_rate_hz", "clock_rate_hz", "joint_state_rate_hz"):
+        for name in ("physics_rate_hz", "clock_rate_hz", "joint_state_rate_hz", "video_rate_hz"):
             number(getattr(self, name), name, 1.0, 1e4)
         for name in (
             "goal_grace_s",

@@ -19,14 +19,19 @@ _NEAR_M, _FAR_M = 0.05, 150.0
 _SKY = np.array([0.86, 0.90, 0.94])
 
 
-def picture_of(scene: Scene, view: ViewPoint, width: int = 960, height: int = 720) -> np.ndarray:
-    """(height, width, 3) uint8 picture of a scene from a viewpoint in world coordinates."""
+def picture_of(
+    scene: Scene, view: ViewPoint, width: int = 960, height: int = 720, fine: int = 2
+) -> np.ndarray:
+    """(height, width, 3) uint8 picture of a scene from a viewpoint in world coordinates.
+
+    fine: drawn that many times as fine in each direction and then averaged, for smooth edges.
+    """
     fov = np.radians(view.fov_deg)
     vertical = 2.0 * np.arctan(np.tan(fov / 2.0) * height / width)
-    camera = Pinhole(2 * width, 2 * height, fov, vertical)  # twice as fine, then averaged: smooth edges
+    camera = Pinhole(fine * width, fine * height, fov, vertical)
     picture = take_picture(scene, camera, look_at(view.eye_m, view.target_m), _NEAR_M, _FAR_M, shadows=True)
     rgb = np.where(np.isnan(picture.depth)[..., None], 255.0 * _SKY, picture.rgb)
-    return rgb.reshape(height, 2, width, 2, 3).mean(axis=(1, 3)).astype(np.uint8)
+    return rgb.reshape(height, fine, width, fine, 3).mean(axis=(1, 3)).astype(np.uint8)
 
 
 def render_scene(

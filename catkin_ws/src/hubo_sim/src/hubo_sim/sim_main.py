@@ -11,7 +11,7 @@ from hubo_sim.errors import SimError
 from hubo_sim.ros_params import robot_spec, sim_config
 from hubo_sim.sim_node import SimNode
 from hubo_sim.simulator import Simulator
-from hubo_sim.worlds import list_worlds, load_world
+from hubo_sim.worlds import GENERATED, list_worlds, load_world
 
 _HELP = """usage: rosrun hubo_sim sim_node [--list] [_world:=NAME] [_seed:=N] [_lockstep:=true] ...
 Simulates the robot on the parameter server (rosrun hubo_description upload_robot --robot NAME) in a world.
@@ -20,9 +20,11 @@ Parameters and their defaults: config/sim.yaml."""
 
 
 def print_worlds() -> None:
-    """One line a world."""
+    """One line a world; of those that are made from a seed, what seed 0 makes."""
     for name in list_worlds():
-        print(f"{name:12} {load_world(name).description}")
+        print(f"{name:14} {load_world(name).description}")
+    for kind in GENERATED:
+        print(f"{kind + ':SEED':14} {load_world(kind).description} (any other seed: another one)")
 
 
 def run_node() -> None:

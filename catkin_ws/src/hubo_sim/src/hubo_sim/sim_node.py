@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
 
@@ -17,6 +18,7 @@ from hubo_sim.config import SimConfig
 from hubo_sim.conversions import contacts_msg, joint_state_msg, time_from_ns, transform_msg
 from hubo_sim.errors import SimError
 from hubo_sim.pacer import Pacer
+from hubo_sim.recorder import Recorder
 from hubo_sim.requests import RequestQueue, wait_for
 from hubo_sim.ros_cameras import RosCamera
 from hubo_sim.ros_controllers import RosController
@@ -51,6 +53,7 @@ class SimNode:
         self.requests = RequestQueue()
         self.paused = False
         self._pacer = Pacer(config.real_time_factor)
+        self._recorder = Recorder(sim, config.video, config.video_rate_hz) if config.video else None
         self._scans: list[_TriggeredScan] = []
         self._step_orders: list[_StepOrder] = []
         self._grace_end_s = 0.0  # wall time
@@ -69,15 +72,19 @@ class SimNode:
         self.sensors = [RosSensor(sensor) for sensor in sim.sensors.values()]
         self.cameras = [RosCamera(camera) for camera in sim.cameras.values()]
 
-    def run(self) -> None:
-        """Own the physics until ROS shuts down. Call from the thread that made the Simulator."""
+    def run(self, stop: Callable[[], bool] = rospy.is_shutdown) -> None:
+        """Own the physics until `stop` says so. Call from the thread that made the Simulator."""
         self._publish_due()
         self.publish_base_transform()
         opener = threading.Thread(target=self._open, daemon=True)  # needs /clock, which this thread makes
         opener.start()
         self._pacer.restart(self.sim.clock_ns)
-        while not rospy.is_shutdown():
-            self.spin_once()
+        try:
+            while not stop():
+                self.spin_once()
+        finally:
+            if self._recorder:
+                self._recorder.close()
 
     def spin_once(self) -> None:
         """Serve requests, then either one physics step or a moment of sleep."""
@@ -183,6 +190,8 @@ class SimNode:
 
     def _step(self) -> None:
         self.sim.step()
+        if self._recorder:
+            self._recorder.after_step()
         if self.sim.is_moving:
             self._last_moving_step = self.sim.steps
         for sensor in self.sensors:

@@ -100,12 +100,19 @@ class Spline:
         return cls(np.array([at_s, at_s]), coefficients)
 
     @classmethod
-    def stop(cls, at_s: float, start: JointSample, duration_s: float) -> Spline:
-        """Come to rest from `start` within duration_s, where even deceleration ends."""
+    def stop(
+        cls,
+        at_s: float,
+        start: JointSample,
+        duration_s: float,
+        limits: tuple[np.ndarray, np.ndarray] = (-np.inf, np.inf),
+    ) -> Spline:
+        """Come to rest from `start` within duration_s, where even deceleration ends, but within limits, (J,) each."""
         if duration_s <= 0.0:
-            return cls.hold(at_s, start.position)
+            return cls.hold(at_s, np.clip(start.position, *limits))
         rest = np.zeros_like(start.position)
-        end = {"position": (start.position + start.velocity * duration_s / 2.0)[None], "velocity": rest[None]}
+        there = np.clip(start.position + start.velocity * duration_s / 2.0, *limits)
+        end = {"position": there[None], "velocity": rest[None]}
         return cls.through(at_s, start, np.array([at_s + duration_s]), end)
 
     @property

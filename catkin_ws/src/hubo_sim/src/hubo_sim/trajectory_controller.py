@@ -257,7 +257,7 @@ class TrajectoryController:
         duration = max(self.config.stop_trajectory_duration, needed)
         if np.all(state.velocity == 0.0):
             duration = 0.0
-        self._spline = Spline.stop(now_s, state, duration)
+        self._spline = Spline.stop(now_s, state, duration, (self._lower, self._upper))
 
     def _check_progress(self, now_s: float) -> None:
         """End the active goal when it is reached, or when it cannot be within tolerance any more."""

@@ -15,6 +15,7 @@ from hubo_sim.errors import SimError
 from hubo_sim.paths import resolve_file, worlds_folder
 from hubo_sim.transforms import from_rpy
 
+GENERATED = ("room", "tabletop")  # kinds of worlds that are made from a seed
 SHAPES = ("box", "cylinder", "sphere", "mesh", "urdf", "sdf")
 _SHAPE_KEYS = {
     "box": ("size_m",),
@@ -128,13 +129,13 @@ def list_worlds() -> list[str]:
 
 
 def load_world(name_or_path: str) -> World:
-    """A world by name, by path of a YAML file, or made from a seed: room:SEED, tabletop:SEED.
+    """A world by name, by path of a YAML file, or made from a seed: room:SEED, tabletop:SEED; without :SEED it is 0.
 
     Raises SimError in one line.
     """
     kind, colon, seed = name_or_path.partition(":")
-    if colon:
-        return _generated(kind, seed)
+    if colon or kind in GENERATED:
+        return _generated(kind, seed if colon else "0")
     is_path = name_or_path.endswith((".yaml", ".yml"))
     path = Path(name_or_path) if is_path else worlds_folder() / f"{name_or_path}.yaml"
     if not path.is_file():
