@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import datetime
 import errno
 import math
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -60,7 +62,7 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
         "--config", type=Path, metavar="FILE", help="YAML over the defaults in exploration.yaml"
     )
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="run folder (default: runs/<time>-<world>-<seed>)"
+        "--out", type=Path, metavar="DIR", help="run folder (default: runs/<time>-<robot>-<world>-<seed>)"
     )
     parser.add_argument("--rviz", action="store_true", help="open RViz and watch")
     parser.add_argument("--record", action="store_true", help="write a rosbag; rosrun fv_viz replay plays it")
@@ -73,6 +75,8 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
     for name in ("views", "seconds", "seed"):
         if not math.isfinite(getattr(arguments, name)) or getattr(arguments, name) < 0:
             raise SessionError(f"--{name} is {getattr(arguments, name)}; valid: 0 or a number above")
+    if not 0 <= arguments.port <= 65535:
+        raise SessionError(f"--port is {arguments.port}; valid: 1 to 65535, or 0 for a free one")
     if arguments.resolution is not None and not 0.005 <= arguments.resolution <= 0.5:
         raise SessionError(f"--resolution is {arguments.resolution}; valid: 0.005 to 0.5 (metres)")
     if arguments.rviz and not os.environ.get("DISPLAY"):
@@ -85,8 +89,9 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
 def make_run_folder(arguments: argparse.Namespace) -> Path:
     """A new, empty folder with room in it."""
     stamp = datetime.datetime.now().strftime("%Y%m%d-%H%M%S")
-    world = Path(arguments.world).stem
-    folder = (arguments.out or ROOT / "runs" / f"{stamp}-{world}-{arguments.seed}").resolve()
+    words = (Path(arguments.robot).name, Path(arguments.world).stem, str(arguments.seed))
+    name = re.sub(r"[^\w.-]+", "_", "-".join((stamp, *words)))  # some file systems know no colon
+    folder = (arguments.out or ROOT / "runs" / name).resolve()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         if any(folder.iterdir()):
@@ -126,7 +131,10 @@ def explore(arguments: argparse.Namespace, nodes: ExplorationNodes, folder: Path
         **nodes.description(),
     }
     if not arguments.no_truth and (folder / "map_points.npz").exists():
-        progress.say("comparing the map with the world")
+        progress.say(
+            "comparing the map with the world (the first time in a world it is found out what the camera could see "
+            "at all, which takes minutes; --no-truth leaves it out)"
+        )
         record["truth"] = compare_with_world(nodes.world, arguments.robot, nodes.camera, folder, progress)
         record["explored_share"] = record["truth"]["explored_share"]
     progress.end()
@@ -142,6 +150,8 @@ def write_report(folder: Path) -> None:
 
 def write_readme(folder: Path) -> None:
     """One line for each thing that is in the run folder."""
+    with contextlib.suppress(OSError):
+        (folder / "screenshots").rmdir()  # when it is empty
     lines = [f"{name:16} {text}" for name, text in FILES.items() if (folder / name).exists()]
     text = "What is in this folder:\n\n" + "\n".join(lines) + "\n"
     write_replacing(folder / "README.txt", lambda beside: beside.write_text(text))
@@ -150,13 +160,16 @@ def write_readme(folder: Path) -> None:
 def summary(record: dict[str, Any], folder: Path) -> str:
     """What a person wants to know at the end."""
     explored = record["explored_share"]
-    seen = "" if explored is None else f", {100 * explored:.1f} % of what its camera can see at all"
+    truth = record.get("truth")
+    seen = ""
+    if truth:
+        bound = "" if truth["observable_settled"] else "at most "
+        seen = f", {bound}{100 * explored:.1f} % of what its camera can see at all"
     lines = [
         f"Ended after {record['views']} views in {record['wall_s']:.0f} s: {record['reason']}.",
         f"Known: {100 * record['known_share']:.1f} % of the volume{seen}.",
         f"Contacts with the world: {record['contacts']}.",
     ]
-    truth = record.get("truth")
     if truth:
         lines.append(
             f"Against the truth: {100 * truth['free_in_solid_share']:.3f} % of the free voxels lie inside solids, "
@@ -174,6 +187,8 @@ def run(words: list[str]) -> int:
         record = explore(arguments, nodes, folder)
         write_json(folder / "run.json", record)
         write_report(folder)
+    except KeyboardInterrupt:
+        raise SessionError(f"interrupted; what there is so far lies in {folder}") from None
     finally:
         write_readme(folder)
     print(summary(record, folder))

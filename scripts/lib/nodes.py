@@ -38,23 +38,32 @@ PICTURE_TIMEOUT_S = 60.0
 def read_config(arguments: argparse.Namespace) -> dict[str, Any]:
     """Explorer parameters: the shipped defaults, a user's file over them, the command line over both."""
     values = yaml.safe_load((ROOT / "catkin_ws/src/fv_exploration/config/exploration.yaml").read_text())
-    if arguments.config:
-        try:
-            overlay = yaml.safe_load(arguments.config.read_text()) or {}
-        except (OSError, yaml.YAMLError) as error:
-            raise SessionError(f"--config {arguments.config}: {error}") from error
-        for section, content in overlay.items():
-            known = isinstance(content, dict) and isinstance(values.get(section), dict)
-            values[section] = {**values[section], **content} if known else content
-    if arguments.resolution:
-        values["map"]["resolution_m"] = arguments.resolution
-    if not arguments.no_screenshots:
-        values["snapshot_service"] = "/fv_viz/screenshot"
+    for section, content in (read_overlay(arguments.config) if arguments.config else {}).items():
+        known = isinstance(content, dict) and isinstance(values.get(section), dict)
+        values[section] = {**values[section], **content} if known else content
     try:
         from_mapping(ExploreConfig, values, "exploration parameters")
     except ValueError as error:
         raise SessionError(str(error)) from error
+    values["map"]["resolution_m"] = arguments.resolution or values["map"]["resolution_m"]
+    values["stop"]["max_views"] = arguments.views or values["stop"]["max_views"]
+    values["stop"]["max_seconds"] = arguments.seconds or values["stop"]["max_seconds"]
+    if not arguments.no_screenshots:
+        values["snapshot_service"] = "/fv_viz/screenshot"
     return values
+
+
+def read_overlay(path: Path) -> dict[str, Any]:
+    """A user's file of parameters; SessionError of one line when it cannot be read."""
+    try:
+        overlay = yaml.safe_load(path.read_text()) or {}
+    except (OSError, UnicodeDecodeError) as error:
+        raise SessionError(f"--config {path}: {getattr(error, 'strerror', None) or error}") from error
+    except yaml.YAMLError as error:
+        raise SessionError(f"--config {path}: no valid YAML: {' '.join(str(error).split())}") from error
+    if not isinstance(overlay, dict):
+        raise SessionError(f"--config {path}: a mapping of parameters is needed, got {overlay!r:.60}")
+    return overlay
 
 
 class ExplorationNodes:
@@ -82,8 +91,8 @@ class ExplorationNodes:
         self._session = session
         arguments = self._arguments
         self._require_capability_map(progress)
+        rospy.set_param("/use_sim_time", True)  # before the node: it asks once
         rospy.init_node("explore_script", anonymous=True, disable_signals=True)
-        rospy.set_param("/use_sim_time", True)
         rospy.set_param("/fv_exploration/config", self.config)
         rospy.set_param("/fv_exploration/out_dir", str(folder))
         session.run_once("hubo_description", "upload_robot", "--robot", arguments.robot)
@@ -193,6 +202,7 @@ class ExplorationNodes:
             "capability_map",
             "build",
             *("--robot", self._arguments.robot, "--group", exploration.capability_group, "--coarse"),
+            watch=lambda node: progress.show(f"  {node.last_lines(1).strip()}"),
         )
 
     def _goal(self) -> ExploreGoal:

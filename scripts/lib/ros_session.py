@@ -9,6 +9,7 @@ import socket
 import subprocess
 import time
 import xmlrpc.client
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -36,6 +37,14 @@ def require_free(port: int) -> int:
         except OSError as error:
             raise SessionError(f"port {port} is in use; leave --port out and a free one is taken") from error
     return port
+
+
+def _code_within(process: subprocess.Popen, seconds: float) -> int | None:
+    """The exit code, or None when the process has not ended after so long."""
+    try:
+        return process.wait(seconds)
+    except subprocess.TimeoutExpired:
+        return None
 
 
 @dataclass
@@ -102,10 +111,17 @@ class RosSession:
         """Start a node; its output goes to ``<log_dir>/<name>.log``."""
         return self._start(name or executable, ["rosrun", package, executable, *arguments])
 
-    def run_once(self, package: str, executable: str, *arguments: str) -> None:
-        """Run a command to its end; SessionError with its last words when it fails."""
+    def run_once(
+        self, package: str, executable: str, *arguments: str, watch: Callable[[Node], None] | None = None
+    ) -> None:
+        """Run a command to its end; SessionError with its last words when it fails.
+
+        :param watch: called about once a second meanwhile, with the running command.
+        """
         node = self.rosrun(package, executable, *arguments)
-        code = node.process.wait()
+        while (code := _code_within(node.process, 1.0)) is None:
+            if watch:
+                watch(node)
         self.nodes.remove(node)
         if code != 0:
             raise SessionError(f"{package}/{executable} failed:\n{node.last_lines()}")

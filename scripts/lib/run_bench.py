@@ -97,7 +97,9 @@ def main() -> int:
     print_table(rows)
     missed = [row for row in rows if row.get("met") is False]
     print(f"{len(rows)} rows, {len(missed)} below their target")
-    return 1 if missed else 0
+    if arguments.quick:
+        print("--quick shows that the benches run; its figures judge nothing")
+    return 1 if missed and not arguments.quick else 0
 
 
 if __name__ == "__main__":

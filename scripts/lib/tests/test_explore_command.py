@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-EXPLORE = Path(__file__).parents[1] / "explore.py"
+SCRIPTS = Path(__file__).parents[2]
+EXPLORE = SCRIPTS / "lib" / "explore.py"
 
 
 def explore(*words: str, **environment: str) -> subprocess.CompletedProcess:
@@ -29,6 +30,7 @@ def explore(*words: str, **environment: str) -> subprocess.CompletedProcess:
         (["--views", "-1"], "--views is -1"),
         (["--config", "/nowhere.yaml"], "/nowhere.yaml"),
         (["--out", "/proc/run"], "/proc/run"),
+        (["--port", "70000"], "--port is 70000"),
     ],
 )
 def test_bad_input_is_one_line_that_says_what_would_be_valid(words, said, tmp_path):
@@ -46,8 +48,27 @@ def test_an_unknown_parameter_is_named(tmp_path):
     config.write_text("map: {resolution: 0.05}\n")
     done = explore("--config", str(config), "--out", str(tmp_path / "run"))
     assert done.returncode == 1
-    assert "map.resolution" in done.stderr
+    assert "map: unknown key 'resolution'" in done.stderr
     assert "resolution_m" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "said"), [("hello", "a mapping"), ("a: [1", "no valid YAML"), ("stop: 3", "stop")]
+)
+def test_a_broken_file_of_parameters_is_one_line(text, said, tmp_path):
+    config = tmp_path / "mine.yaml"
+    config.write_text(text)
+    done = explore("--config", str(config), "--out", str(tmp_path / "run"))
+    assert done.returncode == 1
+    assert said in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("command", ["explore", "test", "bench", "figures"])
+def test_help_of_the_scripts_themselves(command):
+    done = subprocess.run([str(SCRIPTS / command), "--help"], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0
+    assert done.stdout.startswith("usage: ")
 
 
 def test_rviz_without_a_display_is_refused():
