@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 import sys
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
@@ -109,7 +110,29 @@ def test_upload_fails_with_one_line(arguments, monkeypatch):
     assert done.stderr.count("\n") == 1
 
 
-def test_an_srdf_without_markers_is_refused_and_left_alone(copy):
+@pytest.mark.parametrize("name", ["kuka_iiwa", "hubo", "free_camera"])
+def test_a_copied_robot_is_checked_without_a_master(name, tmp_path, monkeypatch):
+    monkeypatch.setenv("ROS_MASTER_URI", "http://localhost:1")
+    mine = tmp_path / "mine"
+    shutil.copytree(robots_folder() / name, mine)
+    words = [sys.executable, UPLOAD, "--check", "--robot", mine]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    assert name in done.stdout
+
+
+def test_pairs_are_written_into_an_srdf_that_had_none(tmp_path):
+    srdf = tmp_path / "own.srdf"
+    srdf.write_text('<?xml version="1.0"?>\n<robot name="own">\n</robot>\n', encoding="utf-8")
+    for reason in ("Never", "Adjacent"):  # the second call finds the markers of the first
+        write_pairs(srdf, {("upper", "lower"): reason})
+        root = ET.fromstring(srdf.read_text(encoding="utf-8"))
+        assert [dict(pair.attrib) for pair in root] == [
+            {"link1": "upper", "link2": "lower", "reason": reason}
+        ]
+
+
+def test_an_srdf_with_half_of_the_markers_is_refused_and_left_alone(copy):
     edit(copy / "hubo.srdf", BEGIN, "")
     before = (copy / "hubo.srdf").read_text(encoding="utf-8")
     with pytest.raises(RobotDescriptionError, match="once"):

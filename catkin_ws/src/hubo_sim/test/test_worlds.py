@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 import yaml
 
+from hubo_sim import settle_main
 from hubo_sim.config import SimConfig
 from hubo_sim.errors import SimError
 from hubo_sim.ground_truth import TrueWorld
 from hubo_sim.ground_truth.triangles import surface_points
 from hubo_sim.paths import package_folder
 from hubo_sim.scene import Scene
+from hubo_sim.settle import largest_way, settle
 from hubo_sim.sim_main import print_worlds
 from hubo_sim.worlds import list_worlds, load_world, parse_object, parse_world
 
@@ -37,6 +39,41 @@ def test_nothing_stands_in_the_sweep_of_the_waist(name):
         if solid.name not in ("floor", "ceiling"):
             points = surface_points(solid.triangles, 0.05)
             assert np.hypot(points[:, 0], points[:, 1]).min() > 0.75, solid.name
+
+
+def test_rubble_stands_by_itself():
+    world = load_world("rubble")
+    assert largest_way(world, settle(world)) < 0.01
+
+
+def test_settled_objects_lie_on_each_other_and_settling_repeats():
+    boxes = [
+        {"name": f"box_{i}", "box": {"size_m": [0.2, 0.2, 0.1]}, "position_m": [0.01 * i, 0, 0.3 * i]}
+        for i in (1, 2)
+    ]
+    floor = {"name": "floor", "box": {"size_m": [4, 4, 0.1]}, "position_m": [0, 0, -0.05]}
+    world = parse_world(MINIMAL | {"objects": [floor, *boxes]}, "w", "w")
+    first, second = settle(world), settle(world)
+    heights = [item.T_world_object[2, 3] for item in first.objects]
+    assert heights == pytest.approx([-0.05, 0.05, 0.15], abs=2e-3)
+    assert largest_way(first, second) == 0.0
+    with pytest.raises(SimError, match="still moves after 2 s"):
+        settle(world, still=(), limit_s=2)  # the floor falls too
+
+
+def test_settle_world_writes_a_world_that_loads(tmp_path, monkeypatch, capsys):
+    floor = {"name": "floor", "box": {"size_m": [4, 4, 0.1]}, "position_m": [0, 0, -0.05]}
+    ball = {"name": "ball", "box": {"size_m": [0.1, 0.1, 0.1]}, "position_m": [0, 0, 0.2]}
+    fence = {"name": "fence", "box": {"size_m": [0.1, 1, 1]}, "position_m": [1, 0, 0.5]}
+    (tmp_path / "in.yaml").write_text(yaml.safe_dump(MINIMAL | {"objects": [floor, ball, fence]}))
+    out = tmp_path / "out.yaml"
+    words = ["settle_world", "--world", str(tmp_path / "in.yaml"), "--out", str(out), "--fences", "fence"]
+    monkeypatch.setattr("sys.argv", words)
+    assert settle_main.main() == 0
+    assert "0.15" in capsys.readouterr().out
+    world = load_world(str(out))
+    assert [item.name for item in world.objects] == ["floor", "ball"]
+    assert world.objects[1].T_world_object[2, 3] == pytest.approx(0.05, abs=2e-3)
 
 
 @pytest.mark.parametrize("name", GENERATED)

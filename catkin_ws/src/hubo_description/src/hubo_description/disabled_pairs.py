@@ -161,14 +161,24 @@ def joints_between(model: UrdfModel, link_a: str, link_b: str) -> list[str]:
     return sorted(ways[0] ^ ways[1])
 
 
-def write_pairs(path: Path, reasons: dict[Pair, str]) -> None:
-    """Replace what stands between the markers of an SRDF; the file is written beside and renamed.
+def _marked(srdf: str) -> str:
+    """The SRDF with markers: its own, else an empty pair of them before its closing tag."""
+    if BEGIN in srdf or END in srdf:
+        return srdf
+    head, tag, tail = srdf.rpartition("</robot>")
+    return f"{head}\n  {BEGIN}\n  {END}\n{tag}{tail}"
 
-    :raises RobotDescriptionError: the file lacks the markers or cannot be written.
+
+def write_pairs(path: Path, reasons: dict[Pair, str]) -> None:
+    """Replace what stands between the markers of an SRDF, put in at its end where there are none yet.
+
+    The file is written beside and renamed.
+
+    :raises RobotDescriptionError: the file holds half of the markers, or cannot be read or written.
     """
     line = '  <disable_collisions link1="{}" link2="{}" reason="{}"/>\n'
     try:
-        head, rest = path.read_text(encoding="utf-8").split(BEGIN)
+        head, rest = _marked(path.read_text(encoding="utf-8")).split(BEGIN)
         _, tail = rest.split(END)
         body = "".join(line.format(*pair, reason) for pair, reason in reasons.items())
         beside = path.with_name(f".{path.name}.new")

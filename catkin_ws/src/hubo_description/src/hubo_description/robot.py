@@ -80,7 +80,7 @@ def load_robot(name_or_folder: str | Path) -> Robot:
 
 def _assemble(folder: Path, documents: dict[str, dict], config: RobotConfig) -> Robot:
     """Expand and parse what robot.yaml points to; each part is checked against the URDF."""
-    urdf_xml = load_urdf(config.urdf, config.attach, folder)
+    urdf_xml = load_urdf(config.urdf, config.attach, folder, robots_folder() / "common")
     model = parse_urdf(urdf_xml, f"{folder}/robot.yaml: urdf {config.urdf}")
     srdf_xml = read_srdf(folder / config.srdf)
     srdf = parse_srdf(srdf_xml, model, str(folder / config.srdf))

@@ -39,18 +39,25 @@ def upload(robot: Robot) -> None:
 
 
 def main(argv: list[str] | None = None) -> int:
-    """Command line: ``upload_robot --robot NAME``; 0 on success."""
+    """Command line: ``upload_robot --robot NAME [--check]``; 0 on success."""
     parser = argparse.ArgumentParser(description="Put a robot's description on the parameter server.")
     parser.add_argument("--robot", default="hubo", help=f"name or folder; one of {', '.join(list_robots())}")
+    parser.add_argument(
+        "--check", action="store_true", help="only check the robot's files; needs no ROS master"
+    )
     args, _ = parser.parse_known_args(argv)  # rosrun appends __name:= and the like
     try:
         robot = load_robot(args.robot)
-        upload(robot)
+        if not args.check:
+            upload(robot)
     except RobotDescriptionError as err:
         print(f"upload_robot: {err}", file=sys.stderr)
         return 1
     except OSError as err:
-        print(f"upload_robot: no ROS master answers: {err}", file=sys.stderr)
+        print(
+            f"upload_robot: no ROS master answers (roscore starts one; --check needs none): {err}",
+            file=sys.stderr,
+        )
         return 1
     print(
         f"upload_robot: {robot.name}: {len(robot.model.moving_joints)} joints, {len(robot.sensors)} sensors"

@@ -59,18 +59,19 @@ class UrdfModel:
         return names[::-1]
 
 
-def load_urdf(urdf: str, attach: str | None, folder: Path) -> str:
+def load_urdf(urdf: str, attach: str | None, folder: Path, common: Path) -> str:
     """Return the expanded URDF with meshes as absolute ``file://`` URIs.
 
     :param urdf: file in folder (``.urdf``, ``.urdf.xacro``) or ``pybullet_data:<path>``.
     :param attach: xacro in folder whose children are added to the URDF's root element.
+    :param common: folder of the xacro files for every robot; a xacro finds it as ``$(arg common)``.
     :raises RobotDescriptionError: a file is missing or broken, or a mesh does not exist.
     """
     path = _pybullet_data() / urdf[len(PYBULLET_DATA) :] if urdf.startswith(PYBULLET_DATA) else folder / urdf
-    root = _expand(path)
+    root = _expand(path, common)
     _resolve_meshes(root, path)
     if attach:
-        extra = _expand(folder / attach)
+        extra = _expand(folder / attach, common)
         _resolve_meshes(extra, folder / attach)
         root.extend(list(extra))
     ET.indent(root)  # pybullet reads at most 1 kB a line
@@ -84,13 +85,14 @@ def _pybullet_data() -> Path:
     return Path(spec.origin).parent
 
 
-def _expand(path: Path) -> ET.Element:
+def _expand(path: Path, common: Path) -> ET.Element:
     """Return the root element of a URDF or xacro file."""
     if not path.is_file():
         raise RobotDescriptionError(f"{path}: no such URDF file")
     try:
         if path.suffix == ".xacro":
-            return ET.fromstring(xacro.process_file(str(path)).toxml())
+            expanded = xacro.process_file(str(path), mappings={"common": str(common)})
+            return ET.fromstring(expanded.toxml())
         return ET.fromstring(path.read_text(encoding="utf-8"))
     except Exception as err:  # xacro raises many unrelated types, some of them bare Exception
         raise RobotDescriptionError(f"{path}: cannot be expanded: {' '.join(str(err).split())}") from err
