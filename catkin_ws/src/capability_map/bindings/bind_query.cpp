@@ -1,28 +1,62 @@
 #include "bindings.h"
 #include "capability_map/capability_query.h"
+#include "capability_map/seed_lookup.h"
 
 namespace capability_map {
 namespace {
 
 namespace py = pybind11;
 
-CapabilityQuery makeQuery(const SphereGrid& grid, const Points& view_directions,
-                          std::vector<int32_t> row_of_cell, std::vector<uint64_t> words, double wrist_m,
-                          const Eigen::Vector3d& shoulder) {
+SphereBits bitsOf(const Points& view_directions, std::vector<int32_t> row_of_cell,
+                  std::vector<uint64_t> words) {
   SphereBits bits;
   bits.row_of_cell = std::move(row_of_cell);
   bits.words = std::move(words);
   bits.words_per_row = static_cast<int>((view_directions.rows() + 63) / 64);
-  return CapabilityQuery(grid, view_directions, bits, {wrist_m, shoulder});
+  return bits;
+}
+
+CapabilityQuery makeQuery(const SphereGrid& grid, const Points& view_directions,
+                          std::vector<int32_t> row_of_cell, std::vector<uint64_t> words, double wrist_m,
+                          const Eigen::Vector3d& shoulder) {
+  return CapabilityQuery(grid, view_directions,
+                         bitsOf(view_directions, std::move(row_of_cell), std::move(words)),
+                         {wrist_m, shoulder});
+}
+
+void checkViews(const Array& positions, const Array& directions) {
+  const auto isPoints = [](const Array& a) { return a.ndim() == 2 && a.shape(1) == 3; };
+  if (!isPoints(positions) || !isPoints(directions) || positions.shape(0) != directions.shape(0)) {
+    throw std::invalid_argument("positions and directions must both be (N, 3)");
+  }
+}
+
+/// (N, 3) and (N, 3) to points (N,) int64 and angles (N,).
+py::tuple nearestSeeds(const SeedLookup& lookup, const Array& positions, const Array& directions) {
+  checkViews(positions, directions);
+  const py::ssize_t count = positions.shape(0);
+  py::array_t<int64_t> points(count);
+  Array angles(count);
+  int64_t* point = points.mutable_data();
+  double* angle = angles.mutable_data();
+  const double* p = positions.data();
+  const double* d = directions.data();
+  {
+    const py::gil_scoped_release release;
+    for (py::ssize_t i = 0; i < count; ++i) {
+      const SeedLookup::Seed seed = lookup.nearest(Eigen::Map<const Eigen::Vector3d>(p + 3 * i),
+                                                   Eigen::Map<const Eigen::Vector3d>(d + 3 * i));
+      point[i] = seed.point;
+      angle[i] = seed.angle_rad;
+    }
+  }
+  return py::make_tuple(points, angles);
 }
 
 /// (N, 3) and (N, 3) to (N,) float32.
 py::array_t<float> queryMany(const CapabilityQuery& query, const Array& positions, const Array& directions,
                              bool interpolate) {
-  const auto isPoints = [](const Array& a) { return a.ndim() == 2 && a.shape(1) == 3; };
-  if (!isPoints(positions) || !isPoints(directions) || positions.shape(0) != directions.shape(0)) {
-    throw std::invalid_argument("positions and directions must both be (N, 3)");
-  }
+  checkViews(positions, directions);
   py::array_t<float> out(positions.shape(0));
   float* values = out.mutable_data();
   const double* p = positions.data();
@@ -37,9 +71,21 @@ py::array_t<float> queryMany(const CapabilityQuery& query, const Array& position
   return out;
 }
 
+SeedLookup makeSeeds(const SphereGrid& grid, const Points& view_directions, std::vector<int32_t> row_of_cell,
+                     std::vector<uint64_t> words) {
+  return SeedLookup(grid, view_directions, bitsOf(view_directions, std::move(row_of_cell), std::move(words)));
+}
+
 }  // namespace
 
 void bindQuery(py::module_& m) {
+  py::class_<SeedLookup>(m, "SeedLookup", "Nearest stored points of views.")
+      .def(py::init(&makeSeeds), py::arg("grid"), py::arg("view_directions"), py::arg("row_of_cell"),
+           py::arg("words"), "As CapabilityQuery.")
+      .def("nearest", &nearestSeeds, py::arg("positions"), py::arg("directions"),
+           "Views (N, 3), (N, 3) to the number of the nearest valid point of their sphere (N,) int64, -1 "
+           "where there "
+           "is none, and the angle between both directions (N,) [rad].");
   py::class_<CapabilityQuery>(m, "CapabilityQuery", "Answers from stored spheres.")
       .def(py::init(&makeQuery), py::arg("grid"), py::arg("view_directions"), py::arg("row_of_cell"),
            py::arg("words"), py::arg("wrist_m"), py::arg("shoulder"),

@@ -17,6 +17,8 @@ double blendReach(Eigen::Index directions) {
   return std::min(1.5 * spacing, 0.9 * M_PI);
 }
 
+}  // namespace
+
 void checkBits(const SphereGrid& grid, Eigen::Index directions, const SphereBits& bits) {
   if (static_cast<int64_t>(bits.row_of_cell.size()) != grid.cellCount()) {
     throw std::invalid_argument("row_of_cell has " + std::to_string(bits.row_of_cell.size()) +
@@ -31,8 +33,6 @@ void checkBits(const SphereGrid& grid, Eigen::Index directions, const SphereBits
     if (row < -1 || row >= rows) throw std::invalid_argument("row_of_cell names row " + std::to_string(row));
   }
 }
-
-}  // namespace
 
 CapabilityQuery::CapabilityQuery(const SphereGrid& grid, const Points& view_directions,
                                  const SphereBits& bits, const ArmPivots& pivots)

@@ -23,6 +23,9 @@ struct SphereBits {
   }
 };
 
+/// @throws std::invalid_argument unless the bits are those of a grid's cells and of so many directions.
+void checkBits(const SphereGrid& grid, Eigen::Index directions, const SphereBits& bits);
+
 /// What about the arm helps between stored directions.
 struct ArmPivots {
   double wrist_m{0.0};                      ///< Where the wrist acts on the viewing axis, behind the tip [m].

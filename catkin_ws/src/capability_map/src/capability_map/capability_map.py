@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from capability_map import store
-from capability_map._core import CapabilityQuery, SphereGrid
+from capability_map._core import CapabilityQuery, SeedLookup, SphereGrid
 from capability_map.errors import CapabilityMapError
 from capability_map.identity import urdf_hash
 
@@ -29,6 +29,7 @@ class CapabilityMap:
         row_of_cell = np.full(self.grid.cell_count, -1, np.int32)
         row_of_cell[data.cells] = np.arange(len(data.cells), dtype=np.int32)
         self._row_of_cell = row_of_cell
+        self._seeds = SeedLookup(self.grid, -data.outward, row_of_cell, data.bits.reshape(-1))
         self._query = CapabilityQuery(
             self.grid, -data.outward, row_of_cell, data.bits.reshape(-1), data.pivot_m, data.reach_center_m
         )
@@ -114,19 +115,10 @@ class CapabilityMap:
         :return: (N, J) joint values [rad], NaN where the view's sphere is empty, and (N,) angles [rad] between the
             view's direction and that of the stored point.
         """
-        rows = self.sphere_rows(positions, directions)
-        unit = np.asarray(directions, float)
-        unit = unit / np.linalg.norm(unit, axis=1, keepdims=True)
-        q = np.full((len(unit), len(self.data.joint_names)), np.nan)
-        angles = np.full(len(unit), np.nan)
-        first = np.concatenate([[0], np.cumsum(self.valid.sum(axis=1))])
-        for i in np.flatnonzero(rows >= 0):
-            points = np.flatnonzero(self.valid[rows[i]])
-            cosines = -self.directions[points] @ unit[i]
-            nearest = int(np.argmax(cosines))
-            q[i] = self.witnesses(np.array([first[rows[i]] + nearest]))[0]
-            angles[i] = np.arccos(np.clip(cosines[nearest], -1.0, 1.0))
-        return q, angles
+        points, angles = self._seeds.nearest(positions, directions)
+        q = np.full((len(points), len(self.data.joint_names)), np.nan)
+        q[points >= 0] = self.witnesses(points[points >= 0])
+        return q, np.where(points >= 0, angles, np.nan)
 
     def witnesses(self, rows: np.ndarray | None = None) -> np.ndarray:
         """Return stored configurations (V, J) [rad], one per valid point, sphere by sphere, direction by direction.
