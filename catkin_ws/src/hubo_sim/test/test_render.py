@@ -8,9 +8,11 @@ from scipy.spatial.transform import Rotation
 
 from hubo_sim.ground_truth.analytic import away_from_edges, box_depth
 from hubo_sim.render import Pinhole, take_picture
+from hubo_sim.robot_source import load_robot_spec
 from hubo_sim.scene import Scene
-from hubo_sim.transforms import apply
-from hubo_sim.worlds import parse_object
+from hubo_sim.sim_robot import SimRobot
+from hubo_sim.transforms import apply, look_at
+from hubo_sim.worlds import load_world, parse_object
 
 CAMERA = Pinhole(160, 120, np.radians(58.0), np.radians(45.0))
 NEAR_M, FAR_M = 0.1, 3.5
@@ -145,6 +147,25 @@ def test_pictures_without_shadows_have_the_same_depth_and_true_colours(name):
         assert np.abs(colours[0] - colours[1]).max() < 0.05
         scene.remove_object(next(iter(scene.bodies)))
         assert not scene.has_textures
+
+
+def test_both_renderers_see_the_same_office_and_robot():
+    world, spec = load_world("office"), load_robot_spec("hubo")
+    pictures = []
+    for egl in (True, False):
+        with Scene(egl=egl) as scene:
+            if egl and not scene.uses_egl:
+                pytest.skip("the EGL renderer does not load here")
+            scene.load_world(world)
+            robot = SimRobot(scene, spec, world.robot.base_pose(spec.base_height_m))
+            robot.set_positions(spec.start_positions())
+            pose = look_at([1.4, -1.3, 1.6], [0.0, 0.0, 1.0])
+            pictures.append(take_picture(scene, CAMERA, pose, NEAR_M, FAR_M, with_bodies=True))
+    egl, tiny = pictures
+    both = away_from_edges(egl.depth, 0.02) & away_from_edges(tiny.depth, 0.02)
+    assert both.mean() > 0.2
+    assert np.percentile(np.abs(egl.depth - tiny.depth)[both], 99) < 3e-3
+    assert (egl.body != tiny.body).mean() < 0.01
 
 
 def test_missing_egl_is_told_in_one_line_and_tinyrenderer_draws(monkeypatch, caplog):

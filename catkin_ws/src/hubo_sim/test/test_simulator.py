@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from hubo_description import list_robots
 from hubo_sim.config import SimConfig
 from hubo_sim.errors import SimError
 from hubo_sim.models import root_link, urdf_for_bullet
@@ -150,13 +151,25 @@ def test_clock_counts_physics_steps_without_drift_and_never_runs_back(hubo):
     assert hubo.clock_ns == 2 * 10**9
 
 
-@pytest.mark.parametrize("name", ["franka_panda", "free_camera", "kuka_iiwa"])
-def test_other_robots_hold_their_start_pose_and_see(name):
+@pytest.mark.parametrize("name", list_robots())
+def test_every_robot_starts_moves_and_sees(name):
     sim = Simulator(load_robot_spec(name), load_world("office"), SimConfig(renderer="tiny"))
     steps(sim, 0.5)
     assert sim.at_rest and sim.contacts.total == 0
-    camera = next(iter(sim.cameras.values()))
-    assert np.isfinite(camera.scan(sim.scene, 0).depth).mean() > 0.5
+    spec = sim.spec.config["exploration"]
+    camera = sim.cameras[spec["camera"]]
+    before, first = camera.scan(sim.scene, 0), camera.pose()
+    assert np.isfinite(before.depth).mean() > 0.3
+    joint = sim.spec.groups[spec["capability_group"]][-2]
+    (controller,) = [c for c in sim.controllers.values() if joint in c.names]
+    target = controller.set_point.position.copy()
+    target[controller.names.index(joint)] += 0.2
+    controller.start(goal_to(controller, target, 1.0), sim.now_s, "goal")
+    steps(sim, 1.5)
+    assert [o.code for o in controller.ended()] == [Code.SUCCESSFUL]
+    assert np.abs(camera.pose() - first).max() > 0.02
+    after = camera.scan(sim.scene, 1)
+    assert np.nanmean(np.abs(after.depth - before.depth)) > 0.005
     sim.close()
 
 
