@@ -81,7 +81,7 @@ def make_robot(robot_name: str, T_map_root: np.ndarray | None = None) -> Bench:
     }
     model = {"urdf": robot.urdf_xml, "srdf": robot.srdf_xml, "rates": rates}
     fast = _core.MotionPlanner(**model)
-    plain = _core.MotionPlanner(**model, config={"world_check": "fcl_octree"})
+    plain = _core.MotionPlanner(**model, config={"world_check": "fcl_octree", "detour_searches": 0.0})
     if T_map_root is None:
         T_map_root = np.eye(4)
         T_map_root[2, 3] = robot.documents["robot"]["base_height_m"]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from ompl_planner import _core
-from planning_setup import Bench, make_robot, start_positions
+from planning_setup import Bench, make_robot
 
 from fv_exploration import (
     EvaluationConfig,
@@ -25,8 +25,9 @@ from fv_exploration import (
 from fv_exploration.exploration import Exploration, Plan, Scan
 from fv_exploration.explore_config import ExploreConfig, StopSettings, ViewSettings
 from fv_exploration.gain_judge import GainJudge
-from fv_exploration.robot_body import RobotBody, clearance_voxels
+from fv_exploration.robot_body import clearance_voxels
 from fv_exploration.view_choice import ViewChooser
+from fv_robot_model import PointClass, RobotModel, SelfFilter, SelfFilterConfig, body_voxels
 from hubo_description import load_robot
 from hubo_sim.config import SimConfig
 from hubo_sim.robot_source import load_robot_spec
@@ -84,11 +85,13 @@ class Audience:
 class Recorder:
     """The robot of an exploration, in the simulator's scene; keeps each planning request."""
 
-    def __init__(self, bench: Bench, simulator: Simulator, body: RobotBody, fine_map: OccupancyMap) -> None:
+    def __init__(
+        self, bench: Bench, simulator: Simulator, self_filter: SelfFilter, fine_map: OccupancyMap
+    ) -> None:
         self.states: list[State] = []
         self._bench = bench
         self._simulator = simulator
-        self._body = body
+        self._filter = self_filter
         self._map = fine_map
         self._camera = next(iter(simulator.cameras.values()))
         limits = self._camera.config
@@ -107,7 +110,10 @@ class Recorder:
         depth = self._camera.scan(self._simulator.scene, self._scans).depth
         self._scans += 1
         points = self._camera.points(depth).reshape(-1, 3).astype(float)
-        scan = Scan(self._body.drop_robot(points, T_map_sensor, self.positions()), T_map_sensor)
+        T_root_sensor = np.linalg.inv(self._bench.T_map_root) @ T_map_sensor
+        labels = self._filter.classify(points, T_root_sensor, self._bench.start())
+        robots = np.isin(labels, [int(PointClass.ROBOT), int(PointClass.SHADOW)])
+        scan = Scan(points[~robots], T_map_sensor)
         self._map.insert_scan(scan.points, scan.T_map_sensor, self.scan_config)
         return scan
 
@@ -170,23 +176,24 @@ def _explore(bench: Bench, robot: object, simulator: Simulator, views: int, seed
         views=dataclasses.replace(config.views, shortlist=CANDIDATES),
         stop=StopSettings(max_views=views),
     )
-    body = RobotBody(robot.urdf_xml, robot.srdf_xml, bench.T_map_root, config.scan.self_filter_padding_m)
-    positions = start_positions(robot)
-    simulator.robot.set_positions(positions)
+    model = RobotModel.from_xml(robot.urdf_xml, robot.srdf_xml)
+    start = bench.start()
+    simulator.robot.set_positions(dict(zip(bench.fast.joint_names, start.tolist(), strict=True)))
 
     def known_free(resolution_m: float) -> np.ndarray:
-        own = body.voxels(positions, resolution_m, config.start.body_padding_m)
+        padding_m = config.start.body_padding_m
+        own = body_voxels(model, start, resolution_m, padding_m, T_map_root=bench.T_map_root)
         clearance = robot.documents["robot"]["exploration"].get("clearance", {})
         return np.concatenate([own, clearance_voxels(clearance, simulator.robot.link_pose, resolution_m)])
 
     bounds = simulator.world.bounds
     occupancy_map = new_map(config.map.resolution_m, bounds, known_free)
-    recorder = Recorder(bench, simulator, body, new_map(RESOLUTION_M, bounds, known_free))
+    self_filter = SelfFilter(model, SelfFilterConfig(padding_m=config.scan.self_filter_padding_m))
+    recorder = Recorder(bench, simulator, self_filter, new_map(RESOLUTION_M, bounds, known_free))
     evaluation = EvaluationConfig()
     judge = GainJudge(occupancy_map, evaluation, ray_camera(simulator, config.views))
-    group = body.model.group(bench.request.group)
-    base = body.model.forward(body.joint_vector(positions))[body.model.link_names.index(group.base_link)]
-    reach = SampledReach(bench, bench.T_map_root @ base)
+    base = model.link_names.index(model.group(bench.request.group).base_link)
+    reach = SampledReach(bench, bench.T_map_root @ model.forward(start)[base])
     chooser = ViewChooser(config.views, reach, judge.gains, occupancy_map.classify)
     Exploration(
         occupancy_map,

@@ -66,8 +66,9 @@ std::vector<bool> checkStates(const MotionPlanner& planner, const PlanRequest& r
   WorldMemory memory(planner.config().field_cap_m, padding, checker == "fcl_octree");
   const auto world = memory.get(request.map.grid, request.unknown_space, request.bubble_radius_m, model,
                                 group, poses, request.T_map_root);
-  const auto judge = std::make_shared<WorldCollision>(model, group, request.T_map_root, world.grid, padding,
-                                                      world.outside_is_free);
+  const auto judge =
+      std::make_shared<WorldCollision>(memory.bodies(model, group, padding), request.T_map_root, world.grid,
+                                       world.outside_is_free, world.blocks);
   std::shared_ptr<const WorldCheck> check;
   if (checker == "distance_field") {
     check = std::make_shared<FastCollision>(world.covers, world.field, judge, request.T_map_root);

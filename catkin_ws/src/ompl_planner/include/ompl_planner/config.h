@@ -35,6 +35,8 @@ struct PlannerConfig {
   double ik_step_rad{0.2};        ///< Step of redundant joints in inverse kinematics [rad].
   double ik_starts{4};            ///< Starts of inverse kinematics for arms without a closed form.
   double max_goal_states{8};      ///< Collision-free goal states that the search aims at.
+  double detour_ratio{1.3};       ///< Paths this much longer than the straight line are searched for anew.
+  double detour_searches{6};      ///< So often at most.
   double shortcut_rounds{60};     ///< Random shortcuts tried on a found path.
   double blend_radius_rad{0.3};   ///< Largest rounding of the path's corners [rad].
   double sample_period_s{0.01};   ///< Spacing of the trajectory's points [s].

@@ -88,6 +88,9 @@ class MotionPlanner {
   SearchProblem searchProblem(Job& job) const;
   std::optional<JointPath> plannedPath(Job& job, const std::string& planner) const;
   bool shorten(Job& job) const;
+  void shortenDetour(Job& job) const;
+  const std::string& plannerOf(const PlanRequest& request) const;
+  void noteGoal(Job& job) const;
   bool timeAndJudge(Job& job) const;
   double clearanceAlong(const Job& job) const;
   std::shared_ptr<const fv_robot_model::ik::IkSolver> ikOf(const PlanRequest& request,

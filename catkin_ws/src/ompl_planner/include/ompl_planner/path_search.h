@@ -29,6 +29,9 @@ void checkPlannerName(const std::string& name);
 /// Does the planner build a roadmap that serves more than one query? RoadmapMemory keeps those.
 bool keepsRoadmap(const std::string& planner);
 
+/// Does another seed give another path, at little cost?
+bool isWorthRepeating(const std::string& planner);
+
 /// A collision-free polyline from the start to one of the goals; empty when `stop` fired first or there is
 /// none.
 ///

@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 
 #include "ompl_planner/distance_field.h"
 #include "ompl_planner/fast_collision.h"
@@ -45,6 +46,10 @@ class WorldMemory {
                     const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
                     const fv_robot_model::LinkPoses& poses, const Eigen::Isometry3d& T_map_root);
 
+  /// paddedBodies(), made once for each group and padding.
+  std::shared_ptr<const LinkBodies> bodies(const fv_robot_model::RobotModel& model,
+                                           const fv_robot_model::Group& group, double padding_m);
+
  private:
   struct Entry {
     std::shared_ptr<const VoxelGrid> map;
@@ -61,6 +66,7 @@ class WorldMemory {
   std::mutex mutex_;
   std::deque<Entry> entries_;
   std::map<std::string, std::shared_ptr<const LinkCovers>> covers_;
+  std::map<std::pair<std::string, double>, std::shared_ptr<const LinkBodies>> bodies_;
 };
 
 }  // namespace ompl_planner

@@ -45,6 +45,11 @@ struct CollisionBody {
   Eigen::AlignedBox3d bounds;  ///< Shape frame [m].
 };
 
+/// Links that a group moves, with their shapes padded; those without shapes are left out.
+using LinkBodies = std::map<int, std::vector<CollisionBody>>;
+std::shared_ptr<const LinkBodies> paddedBodies(const fv_robot_model::RobotModel& model,
+                                               const fv_robot_model::Group& group, double padding_m);
+
 /// A shape of the same kind whose surface lies depth_m deeper; at least a tenth of the shape remains.
 fv_robot_model::Shape shrunken(const fv_robot_model::Shape& shape, double depth_m);
 
@@ -65,11 +70,11 @@ class WorldCollision {
  public:
   /// @param grid      Every voxel but the Free ones is an obstacle; outside of it, everything is unless
   ///                  outside_is_free.
-  /// @param padding_m Links keep this distance.
+  /// @param bodies    Links and their padded shapes; making them takes long for hulls of many faces.
   /// @param blocks    Of the grid; may be null: slower, with the same answers.
-  WorldCollision(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
-                 const Eigen::Isometry3d& T_map_root, std::shared_ptr<const VoxelGrid> grid, double padding_m,
-                 bool outside_is_free, std::shared_ptr<const ObstacleBlocks> blocks = nullptr);
+  WorldCollision(std::shared_ptr<const LinkBodies> bodies, const Eigen::Isometry3d& T_map_root,
+                 std::shared_ptr<const VoxelGrid> grid, bool outside_is_free,
+                 std::shared_ptr<const ObstacleBlocks> blocks = nullptr);
 
   /// The first contact in the order of the links; empty when all are free.
   std::optional<WorldContact> firstContact(const fv_robot_model::LinkPoses& poses) const;
@@ -106,8 +111,7 @@ class WorldCollision {
   std::shared_ptr<const VoxelGrid> grid_;
   std::shared_ptr<const ObstacleBlocks> blocks_;
   bool outside_is_free_;
-  std::vector<int> links_;                            ///< Moved links with shapes.
-  std::map<int, std::vector<CollisionBody>> bodies_;  ///< By link.
+  std::shared_ptr<const LinkBodies> bodies_;
   std::shared_ptr<const fcl::CollisionGeometryd> voxel_box_;
   StartAllowance allowance_;
 };

@@ -34,6 +34,8 @@ const std::vector<NumberField>& numberFields() {
       {"ik_step_rad", &C::ik_step_rad, 0.01, 3.2},
       {"ik_starts", &C::ik_starts, 1, 10000},
       {"max_goal_states", &C::max_goal_states, 1, 100000},
+      {"detour_ratio", &C::detour_ratio, 1.0, 1e6},
+      {"detour_searches", &C::detour_searches, 0, 1000},
       {"shortcut_rounds", &C::shortcut_rounds, 0, 100000},
       {"blend_radius_rad", &C::blend_radius_rad, 0.0, 10.0},
       {"sample_period_s", &C::sample_period_s, 1e-3, 0.1},

@@ -96,6 +96,7 @@ void MotionPlanner::run(Job& job) const {
     job.beginStage("shortcut");
     if (shorten(job)) break;
   }
+  shortenDetour(job);
   job.beginStage("timing");
   if (!timeAndJudge(job)) return;
   job.result.clearance_m = clearanceAlong(job);
@@ -120,8 +121,9 @@ bool MotionPlanner::prepareStart(Job& job) const {
     const bool searching = checker == &job.searcher;
     const double margin = searching ? config_.search_margin_m : 0.0;
     const double padding = config_.padding_m + margin;
-    auto world = std::make_shared<WorldCollision>(*model_, job.group, request.T_map_root, prepared.grid,
-                                                  padding, prepared.outside_is_free, prepared.blocks);
+    auto world =
+        std::make_shared<WorldCollision>(worlds_->bodies(*model_, job.group, padding), request.T_map_root,
+                                         prepared.grid, prepared.outside_is_free, prepared.blocks);
     if (const auto contact = world->allowStart(poses, config_.start_tolerance_m + margin)) {
       const bool unknown = contact->kind == Voxel::Unknown;
       return job.fail(unknown ? PlanStatus::StartInUnknown : PlanStatus::StartInCollision,
@@ -181,6 +183,38 @@ std::optional<JointPath> MotionPlanner::straightPath(const Job& job) const {
   return std::nullopt;
 }
 
+/// A path that is much longer than the straight line to its goal may have taken the wrong side of something:
+/// other seeds may find shorter ones. Counted, so that equal requests give equal paths.
+void MotionPlanner::shortenDetour(Job& job) const {
+  const std::string& planner = plannerOf(job.request);
+  if (!isWorthRepeating(planner)) return;
+  const auto is_detour = [&](const JointPath& path) {
+    return pathLength(path) > config_.detour_ratio * (path.back() - path.front()).norm();
+  };
+  for (std::uint32_t i = 0; i < config_.detour_searches && is_detour(job.path) && !job.stop(); ++i) {
+    const JointPath best = job.path;
+    const auto other = findPath(searchProblem(job), planner, job.request.seed + 7919U * (i + 1U),
+                                [&job] { return job.stop(); });
+    if (other) job.path = *other;
+    if (!other || !shorten(job) || pathLength(job.path) >= pathLength(best)) job.path = best;
+  }
+  noteGoal(job);
+}
+
+const std::string& MotionPlanner::plannerOf(const PlanRequest& request) const {
+  return request.planner.empty() ? config_.planner : request.planner;
+}
+
+/// Which goal the path ends at.
+void MotionPlanner::noteGoal(Job& job) const {
+  for (const GoalState& goal : job.goals.states) {
+    if (maxJointStep(goal.q, job.path.back()) < 1e-9) {
+      job.result.goal_index = goal.goal_index;
+      return;
+    }
+  }
+}
+
 SearchProblem MotionPlanner::searchProblem(Job& job) const {
   SearchProblem problem;
   const auto joints = job.group.joint_indices.size();
@@ -227,7 +261,7 @@ std::optional<JointPath> MotionPlanner::plannedPath(Job& job, const std::string&
 }
 
 bool MotionPlanner::search(Job& job) const {
-  const std::string& planner = job.request.planner.empty() ? config_.planner : job.request.planner;
+  const std::string& planner = plannerOf(job.request);
   auto path = straightPath(job);
   if (!path) path = plannedPath(job, planner);
   if (!path) {
@@ -236,12 +270,7 @@ bool MotionPlanner::search(Job& job) const {
                                             std::to_string(job.searcher->checks()) + " states checked)");
   }
   job.path = std::move(*path);
-  for (const GoalState& goal : job.goals.states) {
-    if (maxJointStep(goal.q, job.path.back()) < 1e-9) {
-      job.result.goal_index = goal.goal_index;
-      break;
-    }
-  }
+  noteGoal(job);
   return true;
 }
 

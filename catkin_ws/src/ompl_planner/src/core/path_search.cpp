@@ -137,6 +137,11 @@ bool keepsRoadmap(const std::string& planner) {
   return kinds().at(planner).roadmap;
 }
 
+bool isWorthRepeating(const std::string& planner) {
+  checkPlannerName(planner);
+  return !kinds().at(planner).roadmap && !kinds().at(planner).improves;
+}
+
 void seedOmpl(std::uint32_t seed) {
   ompl::RNG::setSeed(seed + 1U == 0U ? 1U : seed + 1U);  // OMPL takes 0 for "any"
 }

@@ -73,6 +73,14 @@ Eigen::AlignedBox3d robotReach(const RobotModel& model, const Eigen::Isometry3d&
   return {T_map_root.translation() - half, T_map_root.translation() + half};
 }
 
+std::shared_ptr<const LinkBodies> WorldMemory::bodies(const RobotModel& model, const Group& group,
+                                                      double padding_m) {
+  const std::lock_guard<std::mutex> lock(mutex_);
+  auto& bodies = bodies_[{group.name, padding_m}];
+  if (!bodies) bodies = paddedBodies(model, group, padding_m);
+  return bodies;
+}
+
 const PreparedWorld* WorldMemory::find(const Entry& key) const {
   for (const Entry& entry : entries_) {
     if (entry.map == key.map && entry.policy == key.policy && entry.group == key.group &&

@@ -59,9 +59,8 @@ std::string obstacleOnTheWay(const RobotModel& model, const Group& group, const 
   Eigen::VectorXd q = q_all;
   model.setGroup(group, interpolate(trajectory, from_s).q, q);
   const auto poses = model.forward(q);
-  auto world =
-      std::make_shared<WorldCollision>(model, group, T_map_root, std::move(obstacles), config.padding_m,
-                                       /*outside_is_free=*/true);
+  auto world = std::make_shared<WorldCollision>(paddedBodies(model, group, config.padding_m), T_map_root,
+                                                std::move(obstacles), /*outside_is_free=*/true);
   if (const auto contact = world->allowStart(poses, config.start_tolerance_m))
     return describe(model, *contact);
   const StateChecker checker(model, group, q, world, nullptr, config.joint_step_rad);

@@ -107,26 +107,31 @@ Shape shrunken(const Shape& shape, double depth_m) {
   return fv_robot_model::scaled(shape, factor);
 }
 
-WorldCollision::WorldCollision(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
-                               const Eigen::Isometry3d& T_map_root, std::shared_ptr<const VoxelGrid> grid,
-                               double padding_m, bool outside_is_free,
+std::shared_ptr<const LinkBodies> paddedBodies(const fv_robot_model::RobotModel& model,
+                                               const fv_robot_model::Group& group, double padding_m) {
+  auto bodies = std::make_shared<LinkBodies>();
+  for (const int link : group.moved_links) {
+    for (const Shape& shape : model.shapes(link)) {
+      (*bodies)[link].push_back(makeBody(padding_m > 0.0 ? fv_robot_model::padded(shape, padding_m) : shape));
+    }
+  }
+  return bodies;
+}
+
+WorldCollision::WorldCollision(std::shared_ptr<const LinkBodies> bodies, const Eigen::Isometry3d& T_map_root,
+                               std::shared_ptr<const VoxelGrid> grid, bool outside_is_free,
                                std::shared_ptr<const ObstacleBlocks> blocks)
     : T_map_root_(T_map_root),
       grid_(std::move(grid)),
       blocks_(std::move(blocks)),
-      outside_is_free_(outside_is_free) {
+      outside_is_free_(outside_is_free),
+      bodies_(std::move(bodies)) {
   const double edge = grid_->resolution();
   voxel_box_ = std::make_shared<fcl::Boxd>(edge, edge, edge);
-  for (const int link : group.moved_links) {
-    for (const Shape& shape : model.shapes(link)) {
-      bodies_[link].push_back(makeBody(padding_m > 0.0 ? fv_robot_model::padded(shape, padding_m) : shape));
-    }
-    if (bodies_.count(link) != 0) links_.push_back(link);
-  }
 }
 
 std::optional<WorldContact> WorldCollision::firstContact(const fv_robot_model::LinkPoses& poses) const {
-  for (const int link : links_) {
+  for (const auto& [link, bodies] : *bodies_) {
     if (auto contact = contactOf(poses, link)) return contact;
   }
   return std::nullopt;
@@ -134,7 +139,7 @@ std::optional<WorldContact> WorldCollision::firstContact(const fv_robot_model::L
 
 std::optional<WorldContact> WorldCollision::contactOf(const fv_robot_model::LinkPoses& poses,
                                                       int link) const {
-  return linkContact(link, bodies_.at(link), T_map_root_ * poses[static_cast<std::size_t>(link)], nullptr);
+  return linkContact(link, bodies_->at(link), T_map_root_ * poses[static_cast<std::size_t>(link)], nullptr);
 }
 
 std::optional<WorldContact> WorldCollision::contactAtDepth(const fv_robot_model::LinkPoses& poses, int link,
@@ -150,10 +155,10 @@ std::optional<WorldContact> WorldCollision::allowStart(const fv_robot_model::Lin
   constexpr int kSteps = 4;
   allowance_.links.clear();
   StartAllowance allowance;
-  for (const int link : links_) {
+  for (const auto& [link, bodies] : *bodies_) {
     const Eigen::Isometry3d T_map_link = T_map_root_ * poses[static_cast<std::size_t>(link)];
     std::vector<std::size_t> voxels;
-    if (!linkContact(link, bodies_.at(link), T_map_link, &voxels)) continue;
+    if (!linkContact(link, bodies, T_map_link, &voxels)) continue;
     std::optional<WorldContact> deeper;
     for (int step = 1; step <= kSteps; ++step) {
       const double depth = max_depth_m * step / kSteps;
@@ -171,7 +176,7 @@ std::optional<WorldContact> WorldCollision::allowStart(const fv_robot_model::Lin
 
 std::vector<CollisionBody> WorldCollision::shrunkenBodies(int link, double depth_m) const {
   std::vector<CollisionBody> bodies;
-  for (const CollisionBody& body : bodies_.at(link))
+  for (const CollisionBody& body : bodies_->at(link))
     bodies.push_back(makeBody(shrunken(body.shape, depth_m)));
   return bodies;
 }
@@ -202,42 +207,42 @@ std::optional<WorldContact> WorldCollision::linkContact(int link, const std::vec
 }
 
 /// Calls visit for each obstacle voxel in the body's box until it returns false; then returns false too.
+/// Where all of the box lies in the grid, whole blocks of voxels that the body does not reach are left out.
 template <typename Visit>
 bool WorldCollision::visitObstacles(const CollisionBody& body, const Placement& at,
                                     const Visit& visit) const {
   const Eigen::AlignedBox3d box = mapBounds(body.bounds, at.T_map_shape);
   const VoxelIndex low = grid_->indexOf(box.min());
   const VoxelIndex high = grid_->indexOf(box.max());
-  const bool leaves_grid = !grid_->contains(low) || !grid_->contains(high);
-  if (blocks_ && !leaves_grid && blocks_->allFree(low, high)) return true;
-  for (int x = low.x(); x <= high.x(); ++x) {
-    for (int y = low.y(); y <= high.y(); ++y) {
-      if (leaves_grid) {
-        for (int z = low.z(); z <= high.z(); ++z) {
+  const auto visitBox = [&](const VoxelIndex& first, const VoxelIndex& last) {
+    for (int x = first.x(); x <= last.x(); ++x) {
+      for (int y = first.y(); y <= last.y(); ++y) {
+        for (int z = first.z(); z <= last.z(); ++z) {
           const VoxelIndex index(x, y, z);
           const bool obstacle = grid_->contains(index) ? grid_->at(index) != Voxel::Free : !outside_is_free_;
           if (obstacle && !visit(body, at, index)) return false;
         }
-        continue;
-      }
-      const std::size_t row = grid_->offset({x, y, low.z()});  // z lies side by side in memory
-      if (grid_->rowIsFree(row, static_cast<std::size_t>(high.z() - low.z() + 1))) continue;
-      for (int z = low.z(); z <= high.z(); ++z) {
-        if (grid_->atOffset(row + static_cast<std::size_t>(z - low.z())) == Voxel::Free) continue;
-        if (!visit(body, at, VoxelIndex(x, y, z))) return false;
       }
     }
-  }
-  return true;
+    return true;
+  };
+  if (!blocks_ || !grid_->contains(low) || !grid_->contains(high)) return visitBox(low, high);
+  return blocks_->visitBlocked(low, high, [&](const VoxelIndex& first, const VoxelIndex& last) {
+    const Eigen::Vector3d p_first = grid_->centerOf(first);
+    const Eigen::Vector3d p_last = grid_->centerOf(last);
+    const double reach = 0.5 * (p_last - p_first).norm() + 0.5 * std::sqrt(3.0) * grid_->resolution();
+    const Eigen::Vector3d center = at.T_shape_map * (0.5 * (p_first + p_last));
+    return !fv_robot_model::isWithin(body.shape, center, reach) || visitBox(first, last);
+  });
 }
 
 bool WorldCollision::meets(const CollisionBody& body, const Placement& at, const VoxelIndex& index) const {
   const Eigen::Vector3d center = grid_->centerOf(index);
   const double half = 0.5 * grid_->resolution();
   // The voxel's inner and outer balls decide most cases.
-  const double distance = fv_robot_model::signedDistance(body.shape, at.T_shape_map * center);
-  if (distance > half * std::sqrt(3.0)) return false;
-  if (distance <= half) return true;
+  const Eigen::Vector3d p_shape = at.T_shape_map * center;
+  if (!fv_robot_model::isWithin(body.shape, p_shape, half * std::sqrt(3.0))) return false;
+  if (fv_robot_model::isWithin(body.shape, p_shape, half)) return true;
   Eigen::Isometry3d T_map_voxel = Eigen::Isometry3d::Identity();
   T_map_voxel.translation() = center;
   fcl::CollisionRequestd request;
