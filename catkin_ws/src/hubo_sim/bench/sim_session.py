@@ -80,12 +80,12 @@ class Sent:
     done: queue.Queue
 
     def end(self) -> tuple[int, int, str]:
-        """Status, result code and text once it is done; (-1, 0, "") when it does not end within a minute."""
+        """Status, result code and text once it is done; a status of -1 when it does not end within a minute."""
         try:
             handle = self.done.get(timeout=60.0)
         except queue.Empty:
             return -1, 0, ""
-        result = handle.get_result()
+        result = handle.get_result() or RESULT(0, "there is no result")  # a goal that was lost
         return handle.get_goal_status(), result.error_code, result.error_string
 
 

@@ -20,6 +20,10 @@ from hubo_sim.conversions import controller_state_msg, goal_from_action, goal_fr
 from hubo_sim.trajectory_controller import Outcome, TrajectoryController
 from hubo_sim.trajectory_goal import Code, Refusal, TrajectoryGoal
 
+# How long the action server lists goals that have ended. actionlib's 5 s may pass within half a second of wall time
+# when the simulation runs as fast as it goes: a client that is slower would think its goal lost.
+_STATUS_KEPT_S = 60.0
+
 
 class RosController:
     """Takes goals for one controller and tells how they end. All but the ROS callbacks run in the simulator's thread.
@@ -55,6 +59,7 @@ class RosController:
     def open(self) -> None:
         """Begin to listen."""
         self._action.start()
+        self._action.status_list_timeout = rospy.Duration(_STATUS_KEPT_S)
         rospy.Service(f"/{self.name}/query_state", QueryTrajectoryState, self._on_query)
         rospy.Subscriber(f"/{self.name}/command", JointTrajectory, self._on_command, queue_size=10)
 
