@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fv_robot_model import PointClass, SelfCollision, SelfFilter
+from fv_robot_model import PointClass, SelfCollision, SelfFilter, Shape
 
 pybullet = pytest.importorskip("pybullet")
 hubo_description = pytest.importorskip("hubo_description")
@@ -22,6 +22,7 @@ class Room:
     def __init__(self, urdf_file, sensor) -> None:
         self._client = bullet_client.BulletClient(pybullet.DIRECT)
         self._robot = self._client.loadURDF(str(urdf_file), useFixedBase=True)
+        self._held = -2  # nothing: -1 is the background
         self._joints = {
             self._client.getJointInfo(self._robot, i)[1].decode(): i
             for i in range(self._client.getNumJoints(self._robot))
@@ -40,6 +41,12 @@ class Room:
             position[axis] = sign * distance_m
             self._client.createMultiBody(0.0, -1, shape, position.tolist())
 
+    def hold(self, edges_m: list[float], p_world: np.ndarray) -> None:
+        """Put a box, upright, where the robot holds it; its pixels count as the robot's from now on."""
+        half = [edge / 2 for edge in edges_m]
+        shape = self._client.createVisualShape(pybullet.GEOM_BOX, halfExtents=half)
+        self._held = self._client.createMultiBody(0.0, -1, shape, p_world.tolist())
+
     def look(
         self, names: list[str], q: np.ndarray, T_world_optical: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
@@ -57,7 +64,7 @@ class Room:
             (np.arange(WIDTH) + 0.5) / WIDTH * 2 - 1, (np.arange(HEIGHT) + 0.5) / HEIGHT * 2 - 1
         )
         points = np.stack([u * self._tan_x * z, v * self._tan_y * z, z], axis=-1).reshape(-1, 3)
-        return points, np.asarray(owner).ravel() == self._robot
+        return points, np.isin(np.asarray(owner).ravel(), [self._robot, self._held])
 
 
 def _views_of_itself(robot, room: Room, optical_frame: str):
@@ -96,3 +103,29 @@ def test_no_point_of_the_robot_survives_and_the_scene_stays(robot) -> None:
         lost += int((~is_scene & ~is_robot).sum())
         scene += int((~is_robot).sum())
     assert lost <= LOST_SHARE * scene, f"{lost} of {scene} points of the scene are lost"
+
+
+@pytest.mark.parametrize("robot", ["hubo"], indirect=True)
+def test_what_the_hand_holds_is_filtered_when_it_is_attached(robot) -> None:
+    sensor = next(iter(hubo_description.load_robot("hubo").sensors.values()))
+    room = Room(robot.urdf_file, sensor)
+    model = robot.model
+    q = np.zeros(len(model.joint_names))
+    poses = model.forward(q)
+    T_root_optical = poses[model.link_index(sensor.optical_frame)]
+    T_root_box = np.eye(4)
+    T_root_box[:3, 3] = T_root_optical[:3, 3] + 0.3 * T_root_optical[:3, 2]
+    edges = [0.08, 0.05, 0.1]
+    room.hold(edges, T_root_box[:3, 3])
+    points, is_held = room.look(model.joint_names, q, T_root_optical)
+    assert is_held.sum() > 50
+    T_link_box = np.linalg.inv(poses[model.link_index("Body_RWP")]) @ T_root_box
+    laden = model.with_attached("box", "Body_RWP", [Shape.box(edges, T_link_box)])
+    kept = {
+        name: SelfFilter(some).classify(points, T_root_optical, q) == int(PointClass.SCENE)
+        for name, some in (("bare", model), ("laden", laden))
+    }
+    assert (kept["bare"] & is_held).any()
+    assert not (kept["laden"] & is_held).any()
+    lost = (~kept["laden"] & ~is_held).sum()
+    assert lost <= LOST_SHARE * (~is_held).sum(), f"{lost} points of the scene are lost"
