@@ -1,5 +1,6 @@
 """Readers of recorded clouds, and the command that evaluates them."""
 
+import doctest
 import json
 import os
 import struct
@@ -8,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import fv_exploration
 from fv_exploration import evaluate_cloud
 from fv_exploration.bag_clouds import TransformTree
 from fv_exploration.recordings import RecordingError, decompress_lzf, read_scans
@@ -181,6 +183,20 @@ def test_the_shadow_behind_a_box_is_void(tmp_path):
     assert report["views"][0]["void_gain_m3"] > 0
     for name in ("box.png", "box.ot", "box_utility.ot", "box_utility_colors.ot"):
         assert (out / name).stat().st_size > 100
+
+
+def test_the_example_of_the_readme_runs(tmp_path, monkeypatch, capsys):
+    readme = (Path(__file__).parents[1] / "README.md").read_text()
+    example = readme.split("```python\n")[1].split("```")[0]
+    (tmp_path / "table.pcd").write_bytes(pcd("binary"))
+    monkeypatch.chdir(tmp_path)
+    exec(compile(example, "README.md", "exec"), {})
+    assert "frontier voxels" in capsys.readouterr().out
+
+
+def test_the_example_of_the_package_runs():
+    assert doctest.testmod(fv_exploration).attempted > 3
+    assert doctest.testmod(fv_exploration).failed == 0
 
 
 def test_bad_files_end_with_one_line(tmp_path, capsys):

@@ -31,7 +31,7 @@ struct VoidGraph {
 /// pairs.
 /// @param[out] merged_into per node of `graph` its node in the result.
 /// @return the merged graph, nodes ascending by id, all its edges settled.
-VoidGraph mergeNearestFirst(VoidGraph graph, const ClusterRule& rule, std::vector<int>& merged_into);
+VoidGraph mergeNearestFirst(const VoidGraph& graph, const ClusterRule& rule, std::vector<int>& merged_into);
 
 /// Seed voxels in random order with their unattached neighbours, then all that are left likewise
 /// (thesis 3.1.1); nodes ascending by id.

@@ -64,7 +64,7 @@ void Evaluator::mergeGroup(int g) {
         all.edges.emplace_back(first_in_group_[t] + link.own, first_in_group_[n] + link.other);
     }
   }
-  groups_[g].graph = mergeNearestFirst(std::move(all), rule(), groups_[g].merged_into);
+  groups_[g].graph = mergeNearestFirst(all, rule(), groups_[g].merged_into);
 }
 
 void Evaluator::clusterTiled() {
@@ -105,7 +105,7 @@ void Evaluator::mergeGroups(std::vector<int>& node_of, std::vector<int>& ellipso
   all.edges.insert(all.edges.end(), across.begin(), across.end());
   evaluation_->counts["merge_nodes"] = static_cast<int64_t>(all.nodes.size());
   std::vector<int> rank;
-  takeEllipsoids(mergeNearestFirst(std::move(all), rule(), ellipsoid_of_node), rank);
+  takeEllipsoids(mergeNearestFirst(all, rule(), ellipsoid_of_node), rank);
   for (int& node : ellipsoid_of_node) node = rank[node];
 }
 

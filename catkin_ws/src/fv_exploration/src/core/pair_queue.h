@@ -6,6 +6,8 @@
 #include <iterator>
 #include <vector>
 
+#include "big_vector.h"
+
 namespace fv {
 
 /// Two nodes that may merge; `low` < `high`.
@@ -50,6 +52,11 @@ class PairQueue {
       ordered_.pop_back();
     }
     return true;
+  }
+
+  /// A pair that is likely to be popped after `steps` others; nullptr when that is not known.
+  const Pair* ahead(std::size_t steps) const {
+    return steps < ordered_.size() ? &ordered_[ordered_.size() - 1 - steps] : nullptr;
   }
 
  private:
@@ -99,7 +106,7 @@ class PairQueue {
   }
 
   std::vector<int> buckets_;  // first chunk of each
-  std::vector<Chunk> chunks_;
+  BigVector<Chunk> chunks_;
   std::vector<int> unused_;
   int front_ = -1;
   std::vector<Pair> ordered_;  // of the bucket `front_`, nearest last

@@ -13,43 +13,45 @@ namespace {
 /// queue.
 class Merging {
  public:
-  Merging(VoidGraph graph, const ClusterRule& rule)
-      : rule_(rule), slot_(graph.nodes.size()), nodes_(std::move(graph.nodes)), parent_(nodes_.size()) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-    std::vector<int> order(parent_);
-    const auto less = [&](int a, int b) { return nodes_[a].id < nodes_[b].id; };
-    if (!std::is_sorted(order.begin(), order.end(), less)) {
-      std::sort(order.begin(), order.end(), less);
-      std::vector<VoidNode> sorted;
-      for (const int i : order) sorted.push_back(nodes_[i]);
-      nodes_.swap(sorted);
+  Merging(const VoidGraph& graph, const ClusterRule& rule) : rule_(rule), slot_(graph.nodes.size()) {
+    std::vector<int> order(graph.nodes.size());
+    std::iota(order.begin(), order.end(), 0);
+    const auto less = [&](int a, int b) { return graph.nodes[a].id < graph.nodes[b].id; };
+    if (!std::is_sorted(order.begin(), order.end(), less)) std::sort(order.begin(), order.end(), less);
+    ids_.reserve(order.size());
+    nodes_.reserve(order.size());
+    sums_.reserve(order.size());
+    for (const int i : order) {
+      slot_[i] = static_cast<int>(sums_.size());
+      ids_.push_back(graph.nodes[i].id);
+      nodes_.push_back({slot_[i], 0, graph.nodes[i].moments.n});
+      sums_.push_back(graph.nodes[i].moments);
     }
-    for (std::size_t i = 0; i < order.size(); ++i) slot_[order[i]] = static_cast<int>(i);
-    for (const VoidNode& node : nodes_) count_.push_back(node.moments.n);
-    seen_.assign(nodes_.size(), 0);
-    link(graph.edges, graph.settled);
+    link(graph);
   }
 
   void run() {
-    const auto current = [&](const Pair& p) { return count_[p.low] + count_[p.high] == p.count; };
+    const auto current = [&](const Pair& p) { return nodes_[p.low].count + nodes_[p.high].count == p.count; };
     Pair pair;
-    while (queue_.pop(current, pair))
+    while (queue_.pop(current, pair)) {
+      fetchAhead();
       if (current(pair)) merge(pair.low, pair.high);
+    }
   }
 
   VoidGraph result(std::vector<int>& merged_into) {
-    std::vector<int> rank(nodes_.size(), -1);
+    const int count = static_cast<int>(sums_.size());
+    std::vector<int> rank(count, -1);
     VoidGraph out;
-    for (int i = 0; i < static_cast<int>(nodes_.size()); ++i)
-      if (parent_[i] == i) {
+    for (int i = 0; i < count; ++i)
+      if (nodes_[i].parent == i) {
         rank[i] = static_cast<int>(out.nodes.size());
-        out.nodes.push_back(nodes_[i]);
+        out.nodes.push_back({sums_[i], ids_[i]});
       }
-    for (int i = 0; i < static_cast<int>(nodes_.size()); ++i) {
-      if (rank[i] < 0) continue;
-      for (const int j : liveNeighbours(i))
-        if (i < j) out.edges.emplace_back(rank[i], rank[j]);
-    }
+    for (int i = 0; i < count; ++i)
+      if (rank[i] >= 0)
+        for (const int j : liveNeighbours(i, i))
+          if (i < j) out.edges.emplace_back(rank[i], rank[j]);
     out.settled = out.edges.size();
     merged_into.resize(slot_.size());
     for (std::size_t i = 0; i < slot_.size(); ++i) merged_into[i] = rank[find(slot_[i])];
@@ -57,78 +59,113 @@ class Merging {
   }
 
  private:
-  void link(const std::vector<std::pair<int, int>>& edges, std::size_t settled) {
-    std::vector<int> degree(nodes_.size(), 0);
-    for (const auto& [a, b] : edges) {
-      ++degree[slot_[a]];
-      ++degree[slot_[b]];
+  static constexpr int64_t kGone = -(int64_t{1} << 62);
+  struct Node {
+    int parent;     // itself, or a node that it has become a part of
+    int seen;       // number of the last look around that has met it
+    int64_t count;  // voxels, kGone when it is part of another
+  };
+  struct List {
+    const int* begin = nullptr;
+    int size = 0;
+  };
+
+  void link(const VoidGraph& graph) {
+    std::vector<int> end(sums_.size() + 1, 0);  // of each node's list, while it is filled
+    for (const auto& [a, b] : graph.edges) {
+      ++end[slot_[a] + 1];
+      ++end[slot_[b] + 1];
     }
-    neighbours_.resize(nodes_.size());
-    for (std::size_t i = 0; i < degree.size(); ++i) neighbours_[i].reserve(degree[i]);
-    for (const auto& [a, b] : edges) {
-      neighbours_[slot_[a]].push_back(slot_[b]);
-      neighbours_[slot_[b]].push_back(slot_[a]);
+    std::partial_sum(end.begin(), end.end(), end.begin());
+    first_lists_.resize(end.back());
+    neighbours_.resize(sums_.size());
+    for (std::size_t i = 0; i < sums_.size(); ++i)
+      neighbours_[i] = {first_lists_.data() + end[i], end[i + 1] - end[i]};
+    for (const auto& [a, b] : graph.edges) {
+      first_lists_[end[slot_[a]]++] = slot_[b];
+      first_lists_[end[slot_[b]]++] = slot_[a];
     }
-    for (std::size_t i = settled; i < edges.size(); ++i) push(slot_[edges[i].first], slot_[edges[i].second]);
+    joined_.resize(sums_.size());
+    for (std::size_t i = graph.settled; i < graph.edges.size(); ++i)
+      push(slot_[graph.edges[i].first], slot_[graph.edges[i].second]);
   }
 
   int find(int i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    while (nodes_[i].parent != i) i = nodes_[i].parent = nodes_[nodes_[i].parent].parent;
     return i;
   }
 
-  /// The nodes that the neighbours have become, each once, without itself.
-  const std::vector<int>& liveNeighbours(int i) {
-    seen_[i] = ++stamp_;
-    std::vector<int>& list = neighbours_[i];
-    std::size_t kept = 0;
-    for (const int old : list) {
-      const int j = find(old);
-      if (seen_[j] == stamp_) continue;
-      seen_[j] = stamp_;
-      list[kept++] = j;
+  /// The nodes that the neighbours of two nodes have become, each once, without themselves; until the next
+  /// call.
+  const std::vector<int>& liveNeighbours(int a, int b) {
+    nodes_[a].seen = nodes_[b].seen = ++stamp_;
+    live_.clear();
+    for (const int i : {a, b}) {
+      const List list = neighbours_[i];
+      for (int k = 0; k < list.size; ++k) __builtin_prefetch(&nodes_[list.begin[k]]);  // they lie scattered
+      for (int k = 0; k < list.size; ++k) {
+        const int j = find(list.begin[k]);
+        if (nodes_[j].seen == stamp_) continue;
+        nodes_[j].seen = stamp_;
+        live_.push_back(j);
+      }
+      if (a == b) break;
     }
-    list.resize(kept);
-    return list;
+    return live_;
   }
 
   void push(int a, int b) {
-    const Moments both = nodes_[a].moments + nodes_[b].moments;
+    const Moments both = sums_[a] + sums_[b];
     if (!(ellipsoidFit(both, rule_.model) >= rule_.min_fit)) return;  // never, unless one of them changes
     // From the lower id to the higher, so that rounding does not depend on the order of building.
     const auto [low, high] = std::minmax(a, b);
-    queue_.push({Moments::squaredDistance(nodes_[low].moments, nodes_[high].moments), low, high, both.n});
+    queue_.push({Moments::squaredDistance(sums_[low], sums_[high]), low, high, both.n});
+  }
+
+  /// Ask for what the next mergers will read: first where their lists are, then the lists.
+  void fetchAhead() const {
+    if (const Pair* later = queue_.ahead(8)) {
+      __builtin_prefetch(&neighbours_[later->low]);
+      __builtin_prefetch(&neighbours_[later->high]);
+    }
+    if (const Pair* soon = queue_.ahead(4)) {
+      for (const int i : {soon->low, soon->high}) {
+        __builtin_prefetch(neighbours_[i].begin);
+        fetch(sums_[i]);
+        __builtin_prefetch(&joined_[i]);
+      }
+    }
   }
 
   /// Sums lie scattered over memory: ask for those of all neighbours at once.
-  static void fetch(const VoidNode& node) {
-    __builtin_prefetch(&node);
-    __builtin_prefetch(reinterpret_cast<const char*>(&node + 1) - 1);
+  static void fetch(const Moments& sums) {
+    __builtin_prefetch(&sums);
+    __builtin_prefetch(reinterpret_cast<const char*>(&sums + 1) - 1);
   }
 
   void merge(int low, int high) {
-    nodes_[low].moments += nodes_[high].moments;
-    parent_[high] = low;
-    count_[low] = nodes_[low].moments.n;
-    count_[high] = kGone;
-    std::vector<int>&kept = neighbours_[low], &other = neighbours_[high];
-    if (kept.size() < other.size()) kept.swap(other);
-    kept.insert(kept.end(), other.begin(), other.end());
-    std::vector<int>().swap(other);
-    const std::vector<int>& around = liveNeighbours(low);  // they know it by the names of its parts
-    for (const int j : around) fetch(nodes_[j]);
+    sums_[low] += sums_[high];
+    nodes_[low].count = sums_[low].n;
+    nodes_[high].parent = low;
+    nodes_[high].count = kGone;
+    const std::vector<int>& around = liveNeighbours(low, high);  // they know it by the names of its parts
+    for (const int j : around) fetch(sums_[j]);
+    joined_[low].assign(around.begin(), around.end());
+    std::vector<int>().swap(joined_[high]);
+    neighbours_[low] = {joined_[low].data(), static_cast<int>(joined_[low].size())};
     for (const int j : around) push(low, j);
   }
 
   const ClusterRule& rule_;
-  std::vector<int> slot_;  // per node of the graph its place in nodes_
-  std::vector<VoidNode> nodes_;
-  static constexpr int64_t kGone = -(int64_t{1} << 62);
-  std::vector<int64_t> count_;  // voxels of a node, kGone when it is part of another
-  std::vector<int> parent_;
-  std::vector<std::vector<int>> neighbours_;
+  std::vector<int> slot_;  // per node of the graph its place here
+  std::vector<uint64_t> ids_;
+  BigVector<Moments> sums_;
+  BigVector<Node> nodes_;
+  BigVector<int> first_lists_;            // neighbours as the graph has them
+  std::vector<std::vector<int>> joined_;  // neighbours of nodes that have merged
+  std::vector<List> neighbours_;          // in one of these
   PairQueue queue_;
-  std::vector<int> seen_;
+  std::vector<int> live_;
   int stamp_ = 0;
 };
 
@@ -142,9 +179,9 @@ uint64_t mix(uint64_t x) {
 
 /// Where voxels lie in a box with a margin of one, and which voxel lies where.
 struct LabelBox {
-  std::vector<int> at;        // per voxel its cell
-  std::vector<int32_t> cell;  // per cell the label, kNone or kOpen
-  int neighbour[26];          // cell offsets, the 13 that lead to higher voxelIds last
+  BigVector<int> at;        // per voxel its cell
+  BigVector<int32_t> cell;  // per cell the label, kNone or kOpen
+  int neighbour[26];        // cell offsets, the 13 that lead to higher voxelIds last
   static constexpr int32_t kNone = -2, kOpen = -1;
 
   explicit LabelBox(const std::vector<Voxel>& voxels) {
@@ -171,7 +208,8 @@ struct LabelBox {
 
 /// Pairs of labels with neighbouring voxels, each once.
 std::vector<std::pair<int, int>> labelEdges(const LabelBox& box, const std::vector<int>& labels, int count) {
-  std::vector<int> start(count + 1, 0), order(labels.size());
+  std::vector<int> start(count + 1, 0);
+  BigVector<int> order(labels.size());
   for (const int label : labels) ++start[label + 1];
   for (int i = 0; i < count; ++i) start[i + 1] += start[i];
   std::vector<int> fill(start.begin(), start.end() - 1);
@@ -191,8 +229,8 @@ std::vector<std::pair<int, int>> labelEdges(const LabelBox& box, const std::vect
 
 }  // namespace
 
-VoidGraph mergeNearestFirst(VoidGraph graph, const ClusterRule& rule, std::vector<int>& merged_into) {
-  Merging merging(std::move(graph), rule);
+VoidGraph mergeNearestFirst(const VoidGraph& graph, const ClusterRule& rule, std::vector<int>& merged_into) {
+  Merging merging(graph, rule);
   merging.run();
   return merging.result(merged_into);
 }

@@ -53,9 +53,21 @@ def draw_evaluation(
             )
         panel.set_xlim(edges[0])
         panel.set_ylim(edges[1])
-    names = ", ".join(f"{name} #{r:02x}{g:02x}{b:02x}" for name, (r, g, b) in COLORS.items())
-    figure.suptitle(f"{names}; red: best views, green: sensor", fontsize=12)
+    _add_legend(figure)
     figure.savefig(path, dpi=70)
+
+
+def _add_legend(figure: Any) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    handles = [
+        Patch(facecolor=np.array(color) / 255, edgecolor="black", label=name)
+        for name, color in COLORS.items()
+    ]
+    handles.append(Line2D([], [], color="#d01010", marker=">", label="best views"))
+    handles.append(Line2D([], [], color="#00a040", marker="o", linestyle="none", label="sensor"))
+    figure.legend(handles=handles, loc="outside upper center", ncols=len(handles), fontsize=14)
 
 
 def _layers(occupancy_map: Any, evaluation: Any) -> tuple[dict[str, NDArray], NDArray]:
