@@ -29,7 +29,7 @@ def run(quick: bool) -> list[dict]:
         cap = CapabilityMap(build_map(plan, Path(folder) / "map.h5", local_executor(2)))
     positions, directions = check.random_views(cap, BATCH, 0)
     rows = []
-    for name, interpolate in (("interpolated over 8 cells and 3 directions", True), ("nearest", False)):
+    for name, interpolate in (("interpolated over cells and directions", True), ("nearest", False)):
         seconds = timed(lambda mode=interpolate: cap.query(positions, directions, mode), 3 if quick else 15)
         each = 1e6 * statistics.median(seconds) / BATCH
         rows.append(row("capability_query", name, each, "us/pose", target=1.0, met=each <= 1.0, runs=seconds))

@@ -89,6 +89,28 @@ def test_no_shortcut_loses_a_view_that_plain_steps_find():
     assert held.sum() > 30
 
 
+def test_turning_about_an_unlimited_first_joint_changes_nothing():
+    from scipy.spatial.transform import Rotation
+
+    from fv_robot_model.ik import SerialChain
+
+    hubo = load_arm("hubo")
+    model = hubo.model()
+    chain = SerialChain.of_group(model, "right_arm")
+    assert np.ptp(chain.limits[0]) >= 2.0 * np.pi - 1e-6
+    plan = plan_build(hubo, BuildParameters(self_collision=False))  # the body does not turn along
+    probe = ViewProbe(model, "right_arm", plan.probe_options())
+    random = np.random.default_rng(1)
+    cells = plan.grid().centers(random.choice(plan.cells, 2000).tolist())
+    outward = plan.outward[random.integers(len(plan.outward), size=2000)]
+    held, _ = probe.decide(cells + plan.radius_m * outward, -outward)
+    turn = Rotation.from_rotvec(chain.axes[0] * random.uniform(-np.pi, np.pi, (2000, 1)))
+    turned = turn.apply(cells + plan.radius_m * outward - chain.points[0]) + chain.points[0]
+    again, _ = probe.decide(turned, -turn.apply(outward))
+    assert held.sum() > 200
+    assert (held != again).sum() <= 2  # 0.1 %: windows of roll narrower than anything looked for
+
+
 def test_cells_left_out_hold_nothing(cap, arm):
     plan = plan_build(arm, BuildParameters(radii_per_arm_length=8.0, points=60, roll_step_deg=15.0))
     probe = ViewProbe(arm.model(), "arm", plan.probe_options())

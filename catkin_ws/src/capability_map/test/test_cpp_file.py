@@ -31,11 +31,15 @@ def test_cpp_and_python_answer_alike(cap, map_path, interpolate):
     answers = cap.query(positions, directions, interpolate)
     assert np.allclose([float(words[0]) for words in lines], answers, atol=1e-7)
     assert [words[1] == "yes" for words in lines] == (answers >= cap.threshold).tolist()
+    covered = cap.covered(positions, directions)
+    assert (
+        np.mean([(words[2] == "yes") == answer for words, answer in zip(lines, covered, strict=True)]) > 0.998
+    )
     seeds, _ = cap.seeds(positions, directions)
     for words, seed in zip(lines, seeds, strict=True):
-        joints = [float(word) for word in words[2:]]
+        joints = [float(word) for word in words[3:]]
         assert np.isnan(seed).all() if not joints else np.allclose(joints, seed, atol=1e-6)
-    assert any(len(words) > 2 for words in lines)
+    assert any(len(words) > 3 for words in lines)
 
 
 def test_damaged_files_are_refused_in_plain_words(map_path, tmp_path):

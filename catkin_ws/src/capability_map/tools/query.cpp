@@ -22,7 +22,7 @@ void answer(const capability_map::MapFile& map, bool interpolate) {
   Eigen::Vector3d p, d;
   while (std::cin >> p.x() >> p.y() >> p.z() >> d.x() >> d.y() >> d.z()) {
     const float value = interpolate ? query.interpolated(p, d) : query.nearest(p, d);
-    std::cout << value << (value >= map.threshold ? " yes" : " no");
+    std::cout << value << (value >= map.threshold ? " yes" : " no") << (map.covered(p, d) ? " yes" : " no");
     const capability_map::SeedLookup::Seed seed = seeds.nearest(p, d);
     if (seed.point >= 0) {
       map.witness(seed.point, q.data());

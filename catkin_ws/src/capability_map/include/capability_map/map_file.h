@@ -9,6 +9,7 @@
 
 #include "capability_map/capability_query.h"
 #include "capability_map/seed_lookup.h"
+#include "capability_map/shape_fit.h"
 
 namespace capability_map {
 
@@ -28,11 +29,15 @@ struct MapFile {
   SphereGrid grid;
   Points view_directions;  ///< (N, 3) the tip's z at the sphere points.
   SphereBits bits;
+  std::vector<Shape> shapes;        ///< Of least error, one per row of bits.
   Eigen::MatrixX2d joint_limits;    ///< (J, 2) in the order of the group's joints [rad or m].
   std::vector<uint16_t> witnesses;  ///< (V, J) 65535ths of the joints' ranges, one row per valid point.
 
   CapabilityQuery query() const { return {grid, view_directions, bits, pivots}; }
   SeedLookup seeds() const { return {grid, view_directions, bits}; }
+  /// Does the shape of the view's sphere cover it? Compact but coarse; false outside and for numbers that are
+  /// not finite.
+  bool covered(const Eigen::Vector3d& position, const Eigen::Vector3d& direction) const;
   /// The configuration that holds a valid point. @param q Room for J values.
   void witness(int64_t point, double* q) const;
 };

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from capability_map import store
+from capability_map import shapes, store
 from capability_map._core import CapabilityQuery, SeedLookup, SphereGrid
 from capability_map.errors import CapabilityMapError
 from capability_map.identity import urdf_hash
@@ -73,6 +73,15 @@ class CapabilityMap:
     ) -> np.ndarray:
         """Return (N,) bool: query() at or above `threshold`."""
         return self.query(positions, directions, interpolate) >= self.threshold
+
+    def covered(self, positions: np.ndarray, directions: np.ndarray, rule: str = "least_error") -> np.ndarray:
+        """Return (N,) bool by the shapes alone, which are compact but coarse: does that of the view's sphere cover it?
+
+        :param rule: "least_error", or "cover_all", the thesis's opening angle.
+        """
+        d = np.asarray(directions, float)
+        d = d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-12)
+        return shapes.covered(self.data.shapes, rule, self.sphere_rows(positions, d), -d)
 
     @property
     def radius(self) -> float:

@@ -83,12 +83,10 @@ def compare(
     cap: CapabilityMap, truth: np.ndarray, positions: np.ndarray, directions: np.ndarray
 ) -> list[Accuracy]:
     """Score every way of asking the map."""
-    rows = cap.sphere_rows(positions, directions)
     results = [
         score("interpolated bits", cap.reachable(positions, directions), truth),
         score("nearest bits", cap.reachable(positions, directions, interpolate=False), truth),
     ]
     for rule in shapes.RULES:
-        answer = shapes.covered(cap.data.shapes, rule, rows, -directions)
-        results.append(score(f"shapes, {rule}", answer, truth))
+        results.append(score(f"shapes, {rule}", cap.covered(positions, directions, rule), truth))
     return results

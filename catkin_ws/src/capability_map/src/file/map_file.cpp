@@ -115,6 +115,23 @@ void readWitnesses(const Hdf5Reader& file, MapFile& map) {
   map.witnesses = std::move(witnesses.values);
 }
 
+std::vector<Shape> readShapes(const Hdf5Reader& file, size_t spheres) {
+  const auto type = file.array<int32_t>("shapes/least_error_type", 1);
+  const auto axis = matrixOf<3>(file.array<double>("shapes/least_error_axis", 2), "shapes/least_error_axis");
+  const auto opening = file.array<double>("shapes/least_error_opening_rad", 1);
+  const auto error = file.array<double>("shapes/least_error_error_percent", 1);
+  const bool fits = type.values.size() == spheres && static_cast<size_t>(axis.rows()) == spheres &&
+                    opening.values.size() == spheres && error.values.size() == spheres;
+  require(fits, "its shapes do not fit its spheres");
+  std::vector<Shape> shapes(spheres);
+  for (size_t i = 0; i < spheres; ++i) {
+    require(type.values[i] >= 0 && type.values[i] <= 3, "shapes/least_error_type knows 0 to 3");
+    shapes[i] = {static_cast<ShapeType>(type.values[i]), axis.row(static_cast<Eigen::Index>(i)),
+                 opening.values[i], error.values[i]};
+  }
+  return shapes;
+}
+
 MapFile read(const Hdf5Reader& file) {
   require(file.text("schema") == "capability_map" && file.number("schema_version") == kSchema,
           "another schema");
@@ -131,11 +148,21 @@ MapFile read(const Hdf5Reader& file) {
   map.grid = readGrid(file);
   map.view_directions = -matrixOf<3>(file.array<double>("directions/outward", 2), "directions/outward");
   map.bits = readBits(file, map.grid, map.view_directions.rows());
+  map.shapes = readShapes(file, map.bits.words.size() / static_cast<size_t>(map.bits.words_per_row));
   readWitnesses(file, map);
   return map;
 }
 
 }  // namespace
+
+bool MapFile::covered(const Eigen::Vector3d& position, const Eigen::Vector3d& direction) const {
+  const double norm = direction.norm();
+  if (!(norm > 1e-9) || !std::isfinite(norm) || !position.allFinite()) return false;
+  const Eigen::Vector3d d = direction / norm;
+  const int64_t cell = grid.cellAt(position + grid.radius_m * d);
+  const int32_t row = cell < 0 ? -1 : bits.row_of_cell[static_cast<size_t>(cell)];
+  return row >= 0 && shapes[static_cast<size_t>(row)].covers(-d);
+}
 
 void MapFile::witness(int64_t point, double* q) const {
   const auto joints = static_cast<size_t>(joint_limits.rows());
