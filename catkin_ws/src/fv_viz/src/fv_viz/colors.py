@@ -19,7 +19,7 @@ CLASSES: dict[str, tuple[tuple[int, int, int], str]] = {
     "views": ((0, 90, 200), "candidate views of the camera"),
     "chosen_view": ((200, 0, 120), "the view that is taken next"),
     "path": ((200, 0, 120), "path of the camera"),
-    "start": ((0, 158, 115), "robot at the start of the path"),
+    "start": ((90, 180, 60), "robot at the start of the path"),
     "goal": ((235, 120, 0), "robot at the goal of the path"),
     "bounds": ((30, 30, 30), "exploration volume"),
     "clearance": ((0, 158, 115), "space vouched for by the operator"),
