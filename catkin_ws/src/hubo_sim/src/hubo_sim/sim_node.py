@@ -9,13 +9,9 @@ from concurrent.futures import Future
 from dataclasses import dataclass
 
 import rospy
-from fv_msgs.msg import Contacts
-from rosgraph_msgs.msg import Clock
-from sensor_msgs.msg import JointState
-from tf2_msgs.msg import TFMessage
 
 from hubo_sim.config import SimConfig
-from hubo_sim.conversions import contacts_msg, joint_state_msg, time_from_ns, transform_msg
+from hubo_sim.conversions import time_from_ns
 from hubo_sim.errors import SimError
 from hubo_sim.pacer import Pacer
 from hubo_sim.recorder import Recorder
@@ -24,11 +20,11 @@ from hubo_sim.ros_cameras import RosCamera
 from hubo_sim.ros_controllers import RosController
 from hubo_sim.ros_sensors import RosSensor
 from hubo_sim.ros_services import WorldServices
+from hubo_sim.ros_state import StatePublishers
 from hubo_sim.ros_truth import TruthService
 from hubo_sim.simulator import Simulator
 
 _IDLE_WAIT_S = 0.004  # how long an idle loop waits for a request before it moves the clock on
-_CONTACT_PERIOD_NS = 50_000_000  # at most this often while the same contact lasts
 
 
 @dataclass
@@ -58,13 +54,7 @@ class SimNode:
         self._step_orders: list[_StepOrder] = []
         self._grace_end_s = 0.0  # wall time
         self._last_moving_step = 0
-        self._clock_due = self._joints_due = self._contacts_due = 0
-        self._last_clock_ns = self._last_joints_ns = -1
-        self._last_pairs: list[str] | None = None
-        self._clock_pub = rospy.Publisher("/clock", Clock, queue_size=10)
-        self._joints_pub = rospy.Publisher("/joint_states", JointState, queue_size=50)
-        self._contacts_pub = rospy.Publisher("/hubo_sim/contacts", Contacts, queue_size=50, latch=True)
-        self._tf_pub = rospy.Publisher("/tf_static", TFMessage, queue_size=5, latch=True)
+        self._state = StatePublishers(sim, config)
         self.controllers = [
             RosController(name, controller, self.requests.post, self.requests.ask, lambda: sim.now_s)
             for name, controller in sim.controllers.items()
@@ -105,10 +95,7 @@ class SimNode:
 
     def publish_base_transform(self) -> None:
         """Tie the robot's base link to the world."""
-        base = self.sim.spec.base_link
-        pose = self.sim.robot.link_pose(base)
-        msg = transform_msg(pose, self.config.world_frame, base, time_from_ns(self.sim.clock_ns))
-        self._tf_pub.publish(TFMessage([msg]))
+        self._state.publish_base_transform()
 
     def pause(self) -> None:
         """Stop physics and the clock; goals are refused until unpause. A second call does nothing."""
@@ -227,7 +214,7 @@ class SimNode:
         if self.sim.at_rest and not self.paused:
             for scan in self._scans:
                 if scan.done.set_running_or_notify_cancel():  # else nobody waits for it any more
-                    self._make_stamp_new()
+                    self.sim.sleep_until(self._state.next_joints_ns)
                     scan.done.set_result(f"{self._publish_scan(scan.camera).to_sec():.9f}")
             self._scans = []
             return
@@ -244,50 +231,13 @@ class SimNode:
         waited_s = (self.sim.steps - scan.first_step) / self.config.physics_rate_hz
         return self.paused or waited_s > self.config.settle_timeout_s or not self._wants_physics()
 
-    def _make_stamp_new(self) -> None:
-        """Move the clock to where joint states are due: robot_state_publisher ignores those that come sooner."""
-        period_ns = round(1e9 / self.config.joint_state_rate_hz)
-        self.sim.sleep_until(self._last_joints_ns + period_ns)
-
     def _publish_scan(self, camera: RosCamera) -> rospy.Time:
         """Clock and joint states of this moment, then the scan of it."""
-        stamp = time_from_ns(self.sim.clock_ns)
-        self._publish_clock(stamp)
-        self._publish_joints(stamp)
+        stamp = self._state.publish_now()
         camera.publish(self.sim.scene, stamp)
         return stamp
 
-    def _publish_clock(self, stamp: rospy.Time) -> None:
-        """Tell the time, once for each moment."""
-        if self.sim.clock_ns > self._last_clock_ns:
-            self._clock_pub.publish(Clock(stamp))
-            self._last_clock_ns = self.sim.clock_ns
-
-    def _publish_joints(self, stamp: rospy.Time) -> None:
-        """Tell where the joints are, once for each moment: tf complains of more."""
-        if self.sim.clock_ns == self._last_joints_ns:
-            return
-        self._joints_pub.publish(joint_state_msg(self.sim.robot.joint_names, self.sim.robot.state(), stamp))
-        self._last_joints_ns = self.sim.clock_ns
-        if self.sim.clock_ns >= self._joints_due:  # else it came in between, for a scan
-            self._joints_due = _next_due(self._joints_due, self.sim.clock_ns, self.config.joint_state_rate_hz)
-
     def _publish_due(self) -> None:
-        now = self.sim.clock_ns
-        stamp = time_from_ns(now)
-        if now >= self._clock_due:
-            self._publish_clock(stamp)
-            self._clock_due = _next_due(self._clock_due, now, self.config.clock_rate_hz)
-        if now >= self._joints_due:
-            self._publish_joints(stamp)
+        self._state.publish_due()
         for controller in self.controllers:
-            controller.publish_due(stamp)
-        contacts = self.sim.contacts
-        if contacts.pairs != self._last_pairs or (contacts.pairs and now >= self._contacts_due):
-            self._contacts_pub.publish(contacts_msg(contacts, stamp, self.config.world_frame))
-            self._last_pairs, self._contacts_due = list(contacts.pairs), now + _CONTACT_PERIOD_NS
-
-
-def _next_due(due_ns: int, now_ns: int, rate_hz: float) -> int:
-    """When to publish next so that the rate holds on average, without catching up after a gap."""
-    return max(due_ns + round(1e9 / rate_hz), now_ns)
+            controller.publish_due(time_from_ns(self.sim.clock_ns))
