@@ -32,7 +32,7 @@ struct LargePages {
   bool operator!=(const LargePages&) const { return false; }
 
  private:
-  static constexpr std::size_t kPage = std::size_t{2} << 20, kLarge = 2 * kPage;
+  static constexpr std::size_t kPage = std::size_t{2} << 20, kLarge = kPage;
 };
 
 template <class T>

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <memory>
 
+#include "concatenate.h"
 #include "fv_exploration/parallel.h"
 
 namespace fv {
@@ -185,9 +186,7 @@ std::vector<Change> OccupancyTree::apply(std::vector<MarkBlock>& blocks, int thr
   for (const auto& c : counters) tree_size += c->tree_size;  // wraps rightly when more was pruned than made
   size_changed = true;
   close(root, descent, 0, count, 0);
-  std::vector<Change> changes;
-  for (const auto& part : parts) changes.insert(changes.end(), part.begin(), part.end());
-  return changes;
+  return concatenated(std::move(parts));
 }
 
 }  // namespace fv

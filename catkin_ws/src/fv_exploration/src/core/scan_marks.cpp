@@ -5,6 +5,7 @@
 #include <memory>
 #include <unordered_map>
 
+#include "concatenate.h"
 #include "fv_exploration/parallel.h"
 #include "mark_kernel.h"
 #include "ray_walk.h"
@@ -89,13 +90,11 @@ class DenseMarks {
     std::vector<std::vector<MarkBlock>> parts(layers);
     std::vector<MarkCounts> part_counts(layers);
     parallelChunks(layers, threads, 1, [&](int z, int, int) { layer(z, keep, parts[z], part_counts[z]); });
-    std::vector<MarkBlock> all;
-    for (int z = 0; z < layers; ++z) {
-      all.insert(all.end(), parts[z].begin(), parts[z].end());
-      counts.free += part_counts[z].free;
-      counts.occupied += part_counts[z].occupied;
+    for (const MarkCounts& part : part_counts) {
+      counts.free += part.free;
+      counts.occupied += part.occupied;
     }
-    return all;
+    return concatenated(std::move(parts));
   }
 
  private:
