@@ -32,7 +32,8 @@ def points_from_cloud(cloud: PointCloud2) -> NDArray[np.float32]:
             raise MessageError(f"cloud fields are {sorted(fields)}; needs float32 x, y and z")
     expected = cloud.row_step * cloud.height
     row_is_whole = cloud.row_step >= cloud.point_step * cloud.width
-    if cloud.point_step < 12 or not row_is_whole or len(cloud.data) < expected:
+    last = max(fields[name].offset + 4 for name in "xyz")
+    if cloud.point_step < last or not row_is_whole or len(cloud.data) < expected:
         raise MessageError(
             f"cloud of {cloud.width} x {cloud.height} points has point_step {cloud.point_step}, row_step "
             f"{cloud.row_step} and {len(cloud.data)} bytes; these do not fit together"
