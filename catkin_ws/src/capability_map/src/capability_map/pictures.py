@@ -10,6 +10,7 @@ matplotlib.use("Agg")  # no display needed
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 
 from capability_map import geometry
@@ -94,4 +95,9 @@ def _frame(axes, centers: np.ndarray, radius: float) -> None:
     low, high = centers.min(axis=0) - radius, centers.max(axis=0) + radius
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
-    axes.set_box_aspect(high - low)
+    axes.set_box_aspect(high - low, zoom=1.1)
+    for axis, length in zip((axes.xaxis, axes.yaxis, axes.zaxis), high - low, strict=True):
+        axis.set_major_locator(
+            MaxNLocator(1 + int(6.0 * length / (high - low).max()))
+        )  # a short axis has few ticks
+    axes.view_init(elev=12.0, azim=-78.0)  # nearly across the rows, so that they do not hide each other
