@@ -135,7 +135,10 @@ def random_goal(client: Client, kind: str, rng: np.random.Generator) -> str:
     change, status, code = KINDS[kind](client, seconds)
     sent = [client.send(client.goal(target, seconds, **change))]
     if kind in ("cancelled", "replaced"):
-        client.wait(0.5 * seconds)
+        # actionlib's client takes a goal for lost that it cancels before it has heard of its acceptance.
+        while sent[0].handle.get_comm_state() == actionlib.CommState.WAITING_FOR_GOAL_ACK:
+            time.sleep(0.0005)
+        client.wait(0.3 * seconds)
     if kind == "cancelled":
         sent[0].handle.cancel()
     wanted = [(status, code)]
