@@ -1,5 +1,6 @@
 """The report of complete, incomplete and broken run folders; in a headless browser where there is one."""
 
+import io
 import json
 import re
 import shutil
@@ -10,6 +11,7 @@ import numpy as np
 import pytest
 import viz_fake_run
 from PIL import Image as Picture
+from PIL import features
 
 from fv_viz.report import charts, compare, media, page, run_data, scene
 from fv_viz.report.commands import compare_main, report_main
@@ -117,10 +119,30 @@ def test_a_small_video_is_embedded_and_a_large_one_is_named(run, tmp_path, monke
     (folder / "scene.mp4").write_bytes(bytes(11))
     text = page.report(run_data.load(folder))
     assert "<video" not in text
-    assert "scene.mp4 in the run folder" in text
+    assert "scene.mp4 in the run folder (0.0 MB) does not fit" in text
     assert text.count("data:image/jpeg") == 5 + 1
     (folder / "scene.mp4").write_bytes(b"")
-    assert "scene.mp4 is empty" in page.report(run_data.load(folder))
+    assert "does not fit" in page.report(run_data.load(folder))
+
+
+@pytest.mark.skipif(not features.check("webp_anim"), reason="this Pillow writes no animated WebP")
+def test_a_large_gif_becomes_a_small_film_of_as_many_seconds(tmp_path, monkeypatch):
+    rng = np.random.default_rng(1)
+    noise = [Picture.fromarray(rng.integers(0, 255, (60, 80, 3), dtype=np.uint8)) for _ in range(200)]
+    path = tmp_path / "scene.gif"
+    noise[0].save(path, save_all=True, append_images=noise[1:], duration=50, loop=0)
+    monkeypatch.setattr(media, "MAX_VIDEO_BYTES", path.stat().st_size - 1)
+    assert 'src="data:image/webp' in media.scene(run_data.RunData(tmp_path, scene=[path]))
+    with Picture.open(io.BytesIO(media._shrunk(path))) as film:
+        assert film.n_frames == 100
+        seconds = []
+        for number in range(film.n_frames):
+            film.seek(number)
+            film.load()
+            seconds.append(film.info["duration"] / 1000.0)
+    assert sum(seconds) == pytest.approx(200 * 0.05)
+    path.write_bytes(bytes(media.MAX_VIDEO_BYTES + 1))
+    assert "does not fit" in media.scene(run_data.RunData(tmp_path, scene=[path]))
 
 
 def test_on_paper_there_are_a_dozen_pictures_and_the_last(tmp_path):

@@ -12,7 +12,8 @@ from PIL import Image as Picture
 from fv_viz.report.run_data import RunData
 
 MAX_PICTURES_BYTES = 4_500_000  # of all pictures of a report together, before base64
-MAX_VIDEO_BYTES = 2_000_000
+MAX_VIDEO_BYTES = 2_500_000
+MAX_FRAMES = 120  # of a video that is made smaller
 VIDEOS = {".mp4": "video/mp4", ".webm": "video/webm", ".gif": "image/gif"}
 ON_PAPER = 12  # pictures of the strip that are printed
 ENLARGE = """
@@ -70,19 +71,38 @@ def _picture(path: Path, budget: int) -> str:
 
 
 def _video(path: Path, still: Path | None) -> str:
-    """A video in the page, or its picture and its name when it is too large to be embedded."""
+    """A video in the page; the picture and the video's name when it is too large or cannot be read."""
     name, size = html.escape(path.name), path.stat().st_size
-    if not 0 < size <= MAX_VIDEO_BYTES:
-        words = (
-            f"{name} in the run folder has {size / 1e6:.1f} MB, too much for this page"
-            if size
-            else f"{name} is empty"
-        )
-        return f"{_picture(still, 400_000) if still else ''}<p>{words}</p>"
-    address = _address(VIDEOS[path.suffix], path.read_bytes())
     if path.suffix == ".gif":
-        return f'<img src="{address}" alt="{name}">'
-    return f'<video src="{address}" controls loop muted autoplay playsinline></video>'
+        content = path.read_bytes() if 0 < size <= MAX_VIDEO_BYTES else _shrunk(path)
+        kind = "image/gif" if len(content) == size else "image/webp"
+    else:
+        content, kind = path.read_bytes() if size <= MAX_VIDEO_BYTES else b"", VIDEOS[path.suffix]
+    if not 0 < len(content) <= MAX_VIDEO_BYTES:
+        words = f"{name} in the run folder ({size / 1e6:.1f} MB) does not fit into this page"
+        return f"{_picture(still, 400_000) if still else ''}<p>{words}</p>"
+    if path.suffix == ".gif":
+        return f'<img src="{_address(kind, content)}" alt="{name}">'
+    return f'<video src="{_address(kind, content)}" controls loop muted autoplay playsinline></video>'
+
+
+def _shrunk(path: Path) -> bytes:
+    """A GIF as a small animated WebP of as many seconds; empty when it cannot be read or Pillow cannot write that."""
+    stream = io.BytesIO()
+    try:
+        with Picture.open(path) as video:
+            step = -(-video.n_frames // MAX_FRAMES)
+            pace_ms = float(video.info.get("duration") or 100.0)
+            frames = []
+            for number in range(0, video.n_frames, step):
+                video.seek(number)
+                frames.append(video.convert("RGB"))
+                frames[-1].thumbnail((480, 480))
+        options = {"save_all": True, "append_images": frames[1:], "quality": 40, "method": 2, "loop": 0}
+        frames[0].save(stream, "WEBP", duration=round(pace_ms * step), **options)
+    except (OSError, KeyError, EOFError):
+        return b""
+    return stream.getvalue()
 
 
 def _address(kind: str, content: bytes) -> str:
