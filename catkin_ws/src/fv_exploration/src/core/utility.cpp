@@ -38,6 +38,9 @@ class Algorithm1 {
     // Within a budget only every so many pairs get rays, for as much more utility each.
     if (max_rays > 0 && pairs_ > 0) every_ = std::max<int64_t>(1, (7 * pairs_ + max_rays - 1) / max_rays);
     scale_ /= static_cast<double>(every_);
+    // A thread needs sums for the whole grid of its own: it must have rays enough to be worth them.
+    const auto voxels = static_cast<int64_t>(std::max<std::size_t>(1, evaluator.frame().size()));
+    threads_ = static_cast<int>(std::min<int64_t>(threads, 1 + 7 * pairs_ / every_ / (4 * voxels)));
   }
 
   Utility run() {
