@@ -38,6 +38,7 @@ FILES = {
     "views.json": "camera poses that were chosen",
     "screenshots": "one picture a view, and the finished map",
     "recording.bag": "topics of the run; rosrun fv_viz replay plays it into RViz",
+    "scene.gif": "the robot at work, in simulated time, without the pauses in which it thinks",
     "scene.png": "the simulated world itself, as the robot never sees it",
     "logs": "what each node said",
 }
@@ -66,6 +67,7 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--rviz", action="store_true", help="open RViz and watch")
     parser.add_argument("--record", action="store_true", help="write a rosbag; rosrun fv_viz replay plays it")
+    parser.add_argument("--video", action="store_true", help="film the robot at work (scene.gif)")
     parser.add_argument("--no-screenshots", action="store_true", help="take no pictures: faster")
     parser.add_argument(
         "--no-truth", action="store_true", help="do not compare the map with the world at the end"

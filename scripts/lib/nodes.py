@@ -31,6 +31,7 @@ STATUS_NAMES = {
     for name in ("COMPLETE", "VIEW_BUDGET", "TIME_BUDGET", "CANCELLED", "FAILED")
 }
 RECORDING = "recording.bag"
+VIDEO = "scene.gif"
 CANCEL_TIMEOUT_S = 60.0
 PICTURE_TIMEOUT_S = 60.0
 
@@ -102,6 +103,7 @@ class ExplorationNodes:
             "sim_node",
             *(f"_world:={arguments.world}", f"_seed:={arguments.seed}"),
             *("_lockstep:=true", "_real_time_factor:=0"),
+            *([f"_video:={folder / VIDEO}"] if arguments.video else []),
         )
         session.wait_until(lambda: session.has_publisher("/joint_states"), "the simulator", 60.0)
         session.rosrun("ompl_planner", "planner_node")
