@@ -41,6 +41,8 @@ def length_row(bench: Bench, count: int, runs: int, seconds: float) -> dict:
             continue
         request.planner, request.time_budget_s = "RRTstar", seconds
         best = best_of_rrtstar(patient, request, runs)
+        if not np.isfinite(best):
+            continue  # RRT* found none in any run: nothing to compare with
         ratios.append(ours["path_length"] / best)
         print(f"  {len(ratios)} of {count}: {ratios[-1]:.3f} of RRT*'s length", flush=True)
     request.goal_type, request.planner = _core.GoalType.POSES, ""
