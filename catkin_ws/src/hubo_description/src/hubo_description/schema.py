@@ -106,12 +106,19 @@ def convert(hint: object, value: object, where: str) -> object:
         return None if value is None else convert(inner[0], value, where)
     if origin in (list, tuple):
         return _convert_sequence(hint, value, where)
+    if hint is typing.Any:
+        return value
+    if origin is dict:
+        item = typing.get_args(hint)[1]
+        return {
+            key: convert(item, part, f"{where}: {key}") for key, part in require_mapping(value, where).items()
+        }
     return _convert_scalar(hint, value, where)
 
 
 def _convert_sequence(hint: object, value: object, where: str) -> object:
     args = typing.get_args(hint)
-    if not isinstance(value, list):
+    if not isinstance(value, list | tuple):
         raise RobotDescriptionError(f"{where}: expected a list, got {value!r}")
     if typing.get_origin(hint) is list:
         return [convert(args[0], item, f"{where}[{k}]") for k, item in enumerate(value)]

@@ -2,35 +2,23 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
+from hubo_description import schema
 from hubo_sim.errors import SimError
 
+T = TypeVar("T")
 RENDERERS = ("auto", "egl", "tiny")
 
 
-def check_keys(values: dict[str, Any], cls: type, where: str) -> None:
-    """Raise SimError naming the keys of `values` that dataclass `cls` does not have."""
-    known = [field.name for field in dataclasses.fields(cls)]
-    unknown = sorted(set(values) - set(known))
-    if unknown:
-        raise SimError(f"{where}: unknown key {', '.join(unknown)}; known: {', '.join(known)}")
-
-
-def from_mapping(cls: type, values: Any, where: str) -> Any:
-    """Build dataclass `cls` from a mapping; SimError names an unknown, missing or badly typed key."""
-    if not isinstance(values, dict):
-        raise SimError(f"{where}: a mapping is needed, got {type(values).__name__}")
-    check_keys(values, cls, where)
+def from_mapping(cls: type[T], values: Any, where: str) -> T:
+    """hubo_description's reader of mappings into dataclasses; what it refuses is a SimError here."""
     try:
-        return cls(**values)
-    except SimError as err:
-        raise SimError(f"{where}: {err}") from err
-    except TypeError as err:
-        raise SimError(f"{where}: {str(err).replace('__init__() ', '')}") from err
+        return schema.from_mapping(cls, values, where)
+    except schema.RobotDescriptionError as err:
+        raise SimError(str(err)) from err
 
 
 def number(value: Any, name: str, low: float = -math.inf, high: float = math.inf) -> float:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from hubo_sim.config import check_keys, number
+from hubo_sim.config import from_mapping, number
 from hubo_sim.errors import SimError
 from hubo_sim.sim_robot import JointInfo
 from hubo_sim.spline import JointSample, Spline
@@ -66,20 +66,23 @@ class ControllerConfig:
         return Tolerance(float((self.constraints.get(joint) or {}).get("goal", 0.0)), stopped)
 
 
+@dataclass(frozen=True)
+class Gains:
+    """Of one effort-controlled joint, each >= 0."""
+
+    p: float = 0.0
+    i: float = 0.0
+    d: float = 0.0
+    i_clamp: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            number(value, name, 0.0)
+
+
 def check_gains(gains: dict[str, Any], where: str) -> dict[str, float]:
-    """p, i, d and i_clamp of one joint, each >= 0. Raises SimError."""
-
-    @dataclass
-    class Gains:
-        p: float = 0.0
-        i: float = 0.0
-        d: float = 0.0
-        i_clamp: float = 0.0
-
-    check_keys(gains, Gains, where)
-    return {
-        name: number(gains.get(name, 0.0), f"{where}: {name}", 0.0) for name in ("p", "i", "d", "i_clamp")
-    }
+    """p, i, d and i_clamp of one joint. Raises SimError."""
+    return vars(from_mapping(Gains, gains, where)).copy()
 
 
 @dataclass

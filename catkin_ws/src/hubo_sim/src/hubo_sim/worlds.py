@@ -38,8 +38,8 @@ def vector(value: Any, name: str, size: int = 3) -> np.ndarray:
 class Bounds:
     """Axis-aligned exploration volume, world frame [m]."""
 
-    min_m: np.ndarray
-    max_m: np.ndarray
+    min_m: Any
+    max_m: Any
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "min_m", vector(self.min_m, "min_m"))
@@ -52,7 +52,7 @@ class Bounds:
 class RobotPlace:
     """Where the robot's floor point stands in the world and where it looks."""
 
-    position_m: np.ndarray = (0.0, 0.0, 0.0)
+    position_m: Any = (0.0, 0.0, 0.0)
     yaw_deg: float = 0.0
 
     def __post_init__(self) -> None:
@@ -70,8 +70,8 @@ class RobotPlace:
 class ViewPoint:
     """Camera of the scene's picture: horizontal field of view and where it stands, world frame."""
 
-    eye_m: np.ndarray = (2.5, -2.5, 2.0)
-    target_m: np.ndarray = (0.0, 0.0, 0.8)
+    eye_m: Any = (2.5, -2.5, 2.0)
+    target_m: Any = (0.0, 0.0, 0.8)
     fov_deg: float = 60.0
 
     def __post_init__(self) -> None:
