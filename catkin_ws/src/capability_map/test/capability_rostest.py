@@ -112,6 +112,7 @@ class CapabilityService(unittest.TestCase):
             message = rospy.wait_for_message(f"/capability_map/{name}", MarkerArray, timeout=20)
             self.assertGreater(len(message.markers[0].points), 10, name)
             self.assertEqual(message.markers[0].header.frame_id, self.map.base_frame)
+            self.assertTrue(message.markers[0].frame_locked, name)  # RViz may meet it before its transform
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from capability_map.capability_map import CapabilityMap
 from capability_map.errors import CapabilityMapError
 from capability_map.plan import BuildPlan
 from capability_map.shapes import fit_all
+from capability_map.symmetry import Decided, spread
 
 CELLS_PER_CHUNK = 64
 CALIBRATION_VIEWS = 60_000
@@ -59,12 +60,12 @@ def compute_chunk(plan: BuildPlan, number: int) -> dict:
 
 def chunk_cells(plan: BuildPlan, number: int) -> np.ndarray:
     """Return the cells of a chunk. Chunks take every C-th cell, so that each costs about the same."""
-    return plan.cells[number :: chunk_count(plan)]
+    return plan.decided[number :: chunk_count(plan)]
 
 
 def chunk_count(plan: BuildPlan) -> int:
     """Return how many chunks a build has."""
-    return max(1, -(-len(plan.cells) // CELLS_PER_CHUNK))
+    return max(1, -(-len(plan.decided) // CELLS_PER_CHUNK))
 
 
 def _quantised(q: np.ndarray, limits: np.ndarray) -> np.ndarray:
@@ -203,14 +204,9 @@ def timed_chunk(plan: BuildPlan, number: int) -> dict:
 
 def assemble(plan: BuildPlan, batches: list[dict], seconds: float) -> store.MapData:
     """Put the chunks together: spheres in ascending order of their cells, empty ones left out."""
-    count = len(batches)
-    cells = np.concatenate([chunk_cells(plan, number) for number in range(count)])
-    packed = np.concatenate([batch["valid"] for batch in batches])
-    words = (len(plan.outward) + 63) // 64
-    bits = np.zeros((len(packed), words * 8), np.uint8)
-    bits[:, : packed.shape[1]] = packed
-    per_sphere = np.unpackbits(packed, axis=1).sum(axis=1, dtype=np.int64)
-    order = np.argsort(cells, kind="stable")
+    spheres = spread(plan.symmetry, _joined(plan, batches), plan.cells, plan.size, plan.joint_limits)
+    per_sphere = spheres.valid.sum(axis=1, dtype=np.int64)
+    order = np.argsort(spheres.cells, kind="stable")
     order = order[per_sphere[order] > 0]
     points = _point_order(per_sphere, order)
     totals = {
@@ -218,8 +214,7 @@ def assemble(plan: BuildPlan, batches: list[dict], seconds: float) -> store.MapD
         for name in ("ik_calls", "collision_checks", "points_skipped")
     }
     grid_cells = int(np.prod(plan.size))
-    kept_bits = np.ascontiguousarray(bits[order])
-    valid = np.unpackbits(kept_bits, axis=1, bitorder="little", count=len(plan.outward)).astype(bool)
+    valid = spheres.valid[order]
     return store.MapData(
         robot=plan.arm.robot,
         group=plan.arm.group,
@@ -233,6 +228,7 @@ def assemble(plan: BuildPlan, batches: list[dict], seconds: float) -> store.MapD
             "cpu_seconds": float(sum(float(batch["seconds"]) for batch in batches)),
             "cells": grid_cells,
             "cells_skipped_by_bound": grid_cells - len(plan.cells),
+            "cells_turned": len(plan.cells) - len(plan.decided),
             **totals,
         },
         joint_names=list(plan.joint_names),
@@ -244,12 +240,33 @@ def assemble(plan: BuildPlan, batches: list[dict], seconds: float) -> store.MapD
         grid_size=np.array(plan.size, np.int32),
         radius_m=plan.radius_m,
         outward=plan.outward,
-        cells=cells[order],
-        bits=kept_bits.view(np.uint64),
-        witnesses=np.concatenate([batch["witnesses"] for batch in batches])[points],
-        manipulability=np.concatenate([batch["manipulability"] for batch in batches])[points],
+        cells=spheres.cells[order],
+        bits=_bit_rows(valid),
+        witnesses=spheres.witnesses[points],
+        manipulability=spheres.manipulability[points],
         shapes=fit_all(plan.outward, valid),
+        symmetry=plan.symmetry.text,
     )
+
+
+def _joined(plan: BuildPlan, batches: list[dict]) -> Decided:
+    """Put the chunks one behind the other."""
+    names = ("valid", "witnesses", "manipulability")
+    packed, witnesses, manipulability = (np.concatenate([batch[name] for batch in batches]) for name in names)
+    return Decided(
+        np.concatenate([chunk_cells(plan, number) for number in range(len(batches))]),
+        np.unpackbits(packed, axis=1, bitorder="little", count=len(plan.outward)).astype(bool),
+        witnesses,
+        manipulability,
+    )
+
+
+def _bit_rows(valid: np.ndarray) -> np.ndarray:
+    """(S, N) bool to (S, ceil(N / 64)) uint64, bit k of a row for column k."""
+    packed = np.packbits(valid, axis=1, bitorder="little")
+    bits = np.zeros((len(valid), (valid.shape[1] + 63) // 64 * 8), np.uint8)
+    bits[:, : packed.shape[1]] = packed
+    return bits.view(np.uint64)
 
 
 def _point_order(per_sphere: np.ndarray, order: np.ndarray) -> np.ndarray:

@@ -124,7 +124,8 @@ def _build_one(options: argparse.Namespace, robot: str, group: str | None) -> No
     print(
         f"{arm.robot}/{arm.group}: {plan.base_frame} -> {plan.tip_frame}, arm length {plan.arm_length_m:.3f} m, "
         f"radius {plan.radius_m * 1000:.1f} mm, {plan.parameters.points} points, "
-        f"{'x'.join(map(str, plan.size))} cells, {len(plan.cells)} within reach",
+        f"{'x'.join(map(str, plan.size))} cells, {len(plan.cells)} within reach\n"
+        f"symmetry of the first joint: {plan.symmetry.text} ({len(plan.decided)} cells to decide)",
         flush=True,
     )
     executor = _dask(options.dask) if options.dask else local_executor(options.workers)
@@ -207,6 +208,7 @@ def info_command(arguments: list[str]) -> None:
         f"grid {size} from {data.grid_origin_m}, radius {data.radius_m:.5f} m, {len(data.outward)} points a sphere"
     )
     print(f"parameters: {data.parameters}")
+    print(f"symmetry of the first joint: {data.symmetry}")
     print(summary(data))
 
 

@@ -47,6 +47,9 @@ def marker_from_points(
 ) -> Marker:
     """A list marker (SPHERE_LIST, LINE_LIST, TRIANGLE_LIST). points (N, 3) [m], colors (N, 4) 0..1."""
     marker = Marker(header=header, ns=namespace, id=0, type=kind, action=Marker.ADD)
+    marker.frame_locked = (
+        True  # RViz then finds the frame again: a latched marker may come before its transform
+    )
     marker.pose.orientation.w = 1.0
     marker.scale = Vector3(*scale_m)
     marker.points = [Point(*row) for row in points.tolist()]

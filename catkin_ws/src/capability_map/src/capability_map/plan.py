@@ -13,6 +13,7 @@ from capability_map._core import ProbeOptions, SphereGrid, cells_in_reach, spira
 from capability_map.errors import CapabilityMapError
 from capability_map.parameters import BuildParameters
 from capability_map.robots import Arm
+from capability_map.symmetry import Symmetry, cells_to_decide, first_joint_symmetry, quarter_turn_points
 
 METHOD_VERSION = 9  # grows when equal parameters lead to another map
 
@@ -36,6 +37,8 @@ class BuildPlan:
     radius_m: float
     outward: np.ndarray  # (N, 3)
     cells: np.ndarray  # (C,) cells within the proven reach
+    symmetry: Symmetry
+    decided: np.ndarray  # (D,) those of the cells that are computed; the symmetry makes the others from them
 
     def grid(self) -> SphereGrid:
         """Return the grid as the C++ core knows it."""
@@ -54,8 +57,14 @@ class BuildPlan:
             self.base_frame,
             self.tip_frame,
             [list(pair) for pair in self.disabled_pairs],
-            dataclasses.asdict(self.parameters),
+            {
+                name: value
+                for name, value in dataclasses.asdict(self.parameters).items()
+                if name != "symmetry"
+            },
         ]
+        if self.symmetry.axis is not None:
+            content.append(["quarter turns", self.symmetry.axis, self.symmetry.shared])
         text = json.dumps(content, sort_keys=True)
         return hashlib.sha256(text.encode()).hexdigest()
 
@@ -98,6 +107,8 @@ def plan_build(arm: Arm, parameters: BuildParameters) -> BuildPlan:
     size = _grid_size(parameters, radius, low, high)
     origin = 0.5 * (low + high) - radius * np.array(size)
     grid = SphereGrid(origin, radius, list(size))
+    cells = np.array(cells_in_reach(grid, center, length), np.int64)
+    symmetry = first_joint_symmetry(model, arm.group, parameters, grid)
     return BuildPlan(
         arm=arm,
         parameters=parameters,
@@ -112,9 +123,15 @@ def plan_build(arm: Arm, parameters: BuildParameters) -> BuildPlan:
         origin_m=origin,
         size=size,
         radius_m=radius,
-        outward=spiral_points(parameters.points),
-        cells=np.array(cells_in_reach(grid, center, length), np.int64),
+        outward=_directions(parameters.points, symmetry),
+        cells=cells,
+        symmetry=symmetry,
+        decided=cells_to_decide(symmetry, cells, size),
     )
+
+
+def _directions(count: int, symmetry: Symmetry) -> np.ndarray:
+    return spiral_points(count) if symmetry.axis is None else quarter_turn_points(count, symmetry.axis)
 
 
 def _box(parameters: BuildParameters, center: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:

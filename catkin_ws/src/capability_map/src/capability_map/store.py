@@ -55,6 +55,9 @@ class MapData:
     manipulability: np.ndarray  # (V,) float16
     threshold: float = DEFAULT_THRESHOLD  # an interpolated answer at or above it counts as reachable
     shapes: dict[str, np.ndarray] = field(default_factory=dict)  # see shapes.py
+    symmetry: str = (
+        "not recorded"  # of the first joint: how the build used it, or why not; older maps lack it
+    )
 
 
 _TEXTS = ("robot", "group", "base_frame", "tip_frame", "urdf_sha256", "backend")
@@ -101,6 +104,7 @@ def _write(file: h5py.File, data: MapData) -> None:
     for name, unit in _NUMBERS.items():
         file.attrs[name] = float(getattr(data, name))
         file.attrs[f"{name}.unit"] = unit
+    file.attrs["symmetry"] = data.symmetry
     file.attrs["parameters"] = json.dumps(data.parameters, sort_keys=True)
     file.attrs["statistics"] = json.dumps(data.statistics, sort_keys=True)
     file.attrs["joint_names"] = json.dumps(data.joint_names)
@@ -169,6 +173,7 @@ def _read(file: h5py.File) -> MapData:
         **{name: json.loads(file.attrs[name]) for name in ("parameters", "statistics", "joint_names")},
         **arrays,
         shapes={name: np.asarray(values) for name, values in file.get("shapes", {}).items()},
+        symmetry=str(file.attrs.get("symmetry", MapData.symmetry)),
     )
 
 
