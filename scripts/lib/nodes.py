@@ -199,6 +199,8 @@ class ExplorationNodes:
     def _require_capability_map(self, progress: Progress) -> None:
         """Build the arm's capability map where set-up has not done so."""
         exploration = self.robot.config.exploration
+        if not exploration.capability_group:
+            return
         progress.say(f"capability map of {self.robot.name}'s {exploration.capability_group}")
         self._session.run_once(
             "capability_map",

@@ -51,7 +51,7 @@ def load_arm(robot: str, group: str | None = None) -> Arm:
         loaded = load_robot(robot)
     except RobotDescriptionError as err:
         raise CapabilityMapError(str(err)) from err
-    group = group or loaded.config.exploration.capability_group
+    group = group or loaded.config.exploration.capability_group or loaded.config.exploration.group
     if group not in loaded.groups:
         raise CapabilityMapError(
             f"robot {loaded.name} has no group '{group}'; valid: {', '.join(sorted(loaded.groups))}"

@@ -5,13 +5,27 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from fv_msgs.msg import Box, Ellipsoid, Evaluation, ExplorationVolume, FrontierVoid, MapUpdate, View, Views
+from fv_msgs.msg import (
+    AttachedObject,
+    AttachedObjects,
+    Box,
+    Ellipsoid,
+    Evaluation,
+    ExplorationVolume,
+    FrontierVoid,
+    MapUpdate,
+    View,
+    Views,
+)
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Transform, Vector3
 from numpy.typing import NDArray
 from octomap_msgs.msg import Octomap
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
+
+from fv_exploration.robot_body import HeldObject
+from fv_robot_model import Shape
 
 Array = NDArray[np.float64]
 
@@ -181,6 +195,27 @@ def evaluation_msg(occupancy_map: Any, evaluation: Any, utility: Any, header: He
         utility=np.asarray(utility.utility, dtype=np.float32),
         utility_direction=_flat(utility.direction),
     )
+
+
+def held_objects(msg: AttachedObjects) -> list[HeldObject]:
+    """What the robot holds, as the planning node tells.
+
+    :raises MessageError: for a kind of shape that does not exist.
+    """
+    return [
+        HeldObject(item.name, item.link, tuple(item.touch_links), _held_shape(item)) for item in msg.objects
+    ]
+
+
+def _held_shape(item: AttachedObject) -> Shape:
+    sizes, T_link_shape = item.dimensions, matrix_from_pose(item.pose)
+    if item.kind == AttachedObject.BOX:
+        return Shape.box([sizes.x, sizes.y, sizes.z], T_link_shape)
+    if item.kind == AttachedObject.CYLINDER:
+        return Shape.cylinder(sizes.x, sizes.y, T_link_shape)
+    if item.kind == AttachedObject.SPHERE:
+        return Shape.sphere(sizes.x, T_link_shape)
+    raise MessageError(f"object {item.name!r}: kind is {item.kind}; valid: 0 (BOX), 1 (CYLINDER), 2 (SPHERE)")
 
 
 def _flat(points: NDArray) -> NDArray[np.float32]:

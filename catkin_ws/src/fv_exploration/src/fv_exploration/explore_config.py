@@ -145,7 +145,7 @@ class MotionSettings:
 class StopSettings:
     """Budgets."""
 
-    max_views: int = 100
+    max_views: int = 0
     max_seconds: float = 0.0
     max_failed_motions: int = 5
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from pathlib import Path
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 import actionlib
 import numpy as np
 import rospy
-from fv_msgs.msg import ExploreAction, ExploreFeedback, ExploreGoal, ExploreResult
+from fv_msgs.msg import AttachedObjects, ExploreAction, ExploreFeedback, ExploreGoal, ExploreResult
 from numpy.typing import NDArray
 
 from capability_map import CapabilityMap, default_map_path
@@ -21,11 +22,12 @@ from fv_exploration import (
     PinholeCamera,
     ScanConfig,
 )
+from fv_exploration.conversions import held_objects
 from fv_exploration.exploration import Exploration, ExplorationError, Outcome, Reason
 from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.gain_judge import GainJudge
-from fv_exploration.reachable_views import ReachableViews
-from fv_exploration.robot_body import RobotBody, clearance_boxes, clearance_voxels
+from fv_exploration.reachable_views import DrawnViews, ReachableViews
+from fv_exploration.robot_body import HeldObject, RobotBody, clearance_boxes, clearance_voxels
 from fv_exploration.ros_audience import MapPublisher, RosAudience
 from fv_exploration.ros_robot import RosRobot
 from fv_exploration.run_folder import RunFolder
@@ -66,7 +68,7 @@ class ExploreServer:
         self._exploring: dict[str, Any] = self._robot_config["exploration"]
         self._camera_config: dict[str, Any] = rospy.get_param("/sensors")[self._exploring["camera"]]
         self._group: str = self._config.motion.group or self._exploring["group"]
-        self._capability = self._load_capability()
+        self._capability = self._load_capability()  # None: the group has no map and needs none
         self._map_publisher = MapPublisher(self._map_frame)
         self._body: RobotBody | None = None
         self._robot = RosRobot(
@@ -75,9 +77,20 @@ class ExploreServer:
         self._server = actionlib.SimpleActionServer(
             "/explore", ExploreAction, self._on_goal, auto_start=False
         )
+        self._held: list[HeldObject] = []
+        self._held_sub = rospy.Subscriber(
+            "/ompl_planner/attached_objects", AttachedObjects, self._on_attached, queue_size=1
+        )
         self._server.start()
 
-    def _load_capability(self) -> CapabilityMap:
+    def _on_attached(self, msg: AttachedObjects) -> None:
+        self._held = held_objects(msg)
+        if self._body is not None:
+            self._body.hold(self._held)
+
+    def _load_capability(self) -> CapabilityMap | None:
+        if not self._exploring["capability_group"]:
+            return None
         path = rospy.get_param("~capability_map", "") or default_map_path(
             self._robot_config["name"], self._exploring["capability_group"]
         )
@@ -142,6 +155,7 @@ class ExploreServer:
             T_map_root,
             self._config.scan.self_filter_padding_m,
         )
+        self._body.hold(self._held)
         occupancy_map = OccupancyMap(
             MapConfig(**vars(settings), bounds_min=tuple(bounds[0]), bounds_max=tuple(bounds[1]))
         )
@@ -155,16 +169,14 @@ class ExploreServer:
         return self._exploring.get("clearance", {})
 
     def _chooser(self, occupancy_map: OccupancyMap, judge: GainJudge) -> ViewChooser:
-        views = self._config.views
-        base_poses = self._body.base_poses(
-            self._group, self._exploring["capability_group"], math.radians(views.waist_step_deg)
-        )
-        return ViewChooser(
-            views,
-            ReachableViews(self._capability, base_poses),
-            judge.gains,
-            occupancy_map.classify,
-        )
+        return ViewChooser(self._config.views, self._reachable_views(), judge.gains, occupancy_map.classify)
+
+    def _reachable_views(self) -> ReachableViews | DrawnViews:
+        if self._capability is None:
+            return DrawnViews(functools.partial(self._body.random_views, self._group))
+        step_rad = math.radians(self._config.views.waist_step_deg)
+        base_poses = self._body.base_poses(self._group, self._exploring["capability_group"], step_rad)
+        return ReachableViews(self._capability, base_poses)
 
     def _ray_camera(self) -> PinholeCamera:
         """The robot's camera, with as many rays as the expected gain is to be cast with."""

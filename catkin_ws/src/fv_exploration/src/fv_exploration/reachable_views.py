@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -83,3 +84,30 @@ class ReachableViews:
             np.einsum("nij,nj->ni", rotations, positions) + bases[:, :3, 3],
             np.einsum("nij,nj->ni", rotations, looking),
         )
+
+
+class DrawnViews:
+    """Views of a group without a capability map, such as a camera that flies: drawn from its joint space.
+
+    Whatever lies in the box about many drawn positions counts as reachable; the planner has the last word.
+
+    :param draw: ``(count, random) -> (count, 4, 4)`` camera poses in the map frame that the group can take.
+    """
+
+    def __init__(self, draw: Callable[[int, np.random.Generator], Array]) -> None:
+        self._draw = draw
+        positions = draw(4000, np.random.default_rng(0))[:, :3, 3]
+        self._low, self._high = positions.min(axis=0), positions.max(axis=0)
+
+    def reachability(self, positions: Array, directions: Array) -> Array:
+        """(N,) 1 within the box, 0 elsewhere, whatever the direction."""
+        return self.within_reach(positions).astype(float)
+
+    def within_reach(self, positions: Array) -> NDArray[np.bool_]:
+        """Which of (N, 3) positions [m] of the map frame lie in the box."""
+        return ((positions >= self._low) & (positions <= self._high)).all(axis=1)
+
+    def sample(self, count: int, random: np.random.Generator) -> tuple[Array, Array]:
+        """Positions (count, 3) [m] and unit directions (count, 3), map frame."""
+        poses = self._draw(count, random)
+        return poses[:, :3, 3], poses[:, :3, 2]

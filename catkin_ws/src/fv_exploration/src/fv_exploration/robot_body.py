@@ -4,19 +4,32 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fv_robot_model import RobotModel, SelfFilter, SelfFilterConfig, body_voxels
+from fv_robot_model import RobotModel, SelfFilter, SelfFilterConfig, Shape, body_voxels
 
 Array = NDArray[np.float64]
 SCENE = 0
 """Labels of ``SelfFilter.classify``: a point of the scene ..."""
 NO_RETURN = 3
 """... and a row of NaN."""
+TURN_RAD = 2.0 * math.pi
+"""An unlimited joint is drawn within one turn to either side."""
+
+
+@dataclass(frozen=True)
+class HeldObject:
+    """Something that a link holds: it moves with the robot and is no part of the scene."""
+
+    name: str
+    link: str
+    touch_links: tuple[str, ...]
+    shape: Shape  # in the link's frame
 
 
 class RobotBody:
@@ -29,7 +42,20 @@ class RobotBody:
     def __init__(self, urdf_xml: str, srdf_xml: str, T_map_root: Array, padding_m: float) -> None:
         self.model = RobotModel.from_xml(urdf_xml, srdf_xml)
         self._T_map_root = T_map_root
-        self._filter = SelfFilter(self.model, SelfFilterConfig(padding_m=padding_m))
+        self._filter_config = SelfFilterConfig(padding_m=padding_m)
+        self.hold([])
+
+    def hold(self, objects: Sequence[HeldObject]) -> None:
+        """From now on the robot holds just these objects.
+
+        :raises ValueError: a link that the robot does not have, or a name that is taken.
+        """
+        laden = self.model
+        for item in objects:
+            laden = laden.with_attached(
+                item.name, item.link, [item.shape], touch_links=list(item.touch_links)
+            )
+        self._laden, self._filter = laden, SelfFilter(laden, self._filter_config)
 
     def joint_vector(self, positions: Mapping[str, float]) -> Array:
         """(J,) values of all joints [rad or m]; a joint that is not named stands at 0."""
@@ -46,7 +72,18 @@ class RobotBody:
     def voxels(self, positions: Mapping[str, float], resolution_m: float, padding_m: float) -> Array:
         """(N, 3) centres [m], map frame, of the voxels that the padded robot meets."""
         q = self.joint_vector(positions)
-        return body_voxels(self.model, q, resolution_m, padding_m, T_map_root=self._T_map_root)
+        return body_voxels(self._laden, q, resolution_m, padding_m, T_map_root=self._T_map_root)
+
+    def random_views(self, group: str, count: int, random: np.random.Generator) -> Array:
+        """(count, 4, 4) poses of the group's tip, map frame, at joint values drawn evenly within their limits."""
+        joints = self.model.group(group)
+        q = np.zeros((count, len(self.model.joint_names)))
+        for name in joints.joint_names:
+            index = self.model.joint_names.index(name)
+            limits = self.model.limits[index]
+            q[:, index] = random.uniform(max(limits.lower, -TURN_RAD), min(limits.upper, TURN_RAD), count)
+        tip = self.model.link_names.index(joints.tip_link)
+        return self._T_map_root @ self.model.forward(q)[:, tip]
 
     def base_poses(self, group: str, capability_group: str, step_rad: float) -> Array:
         """Poses that a capability map's base can take by the joints of the group that come before it.

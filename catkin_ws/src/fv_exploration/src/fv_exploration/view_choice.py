@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fv_exploration.explore_config import ViewSettings
-from fv_exploration.reachable_views import ReachableViews
+from fv_exploration.reachable_views import DrawnViews, ReachableViews
 from fv_exploration.view_geometry import angles_between, are_alike, spread_out, upright_poses
 
 Array = NDArray[np.float64]
@@ -66,7 +66,7 @@ class ViewChooser:
     def __init__(
         self,
         settings: ViewSettings,
-        reachable: ReachableViews,
+        reachable: ReachableViews | DrawnViews,
         view_gain: Callable[[Array], Any],
         classify: Callable[[Array], NDArray[np.int8]],
     ) -> None:

@@ -49,7 +49,7 @@ class Exploration:
     """How the robot explores."""
 
     group: str  # SRDF group that moves
-    capability_group: str  # SRDF group whose capability map filters the views
+    capability_group: str  # SRDF group whose capability map filters the views; empty: every view in reach
     camera: str  # a depth camera of sensors.yaml
     start_pose: str  # group_state of the group
     clearance: Clearance = field(default_factory=Clearance)

@@ -116,7 +116,8 @@ def _check_references(robot: Robot) -> None:
     exploration, where = robot.config.exploration, str(robot.folder / "robot.yaml")
     _require(robot.config.base_link, [robot.model.root], "base_link (the URDF's root)", where)
     _require(exploration.group, robot.groups, "exploration group", where)
-    _require(exploration.capability_group, robot.groups, "capability_group", where)
+    if exploration.capability_group:
+        _require(exploration.capability_group, robot.groups, "capability_group", where)
     _require(exploration.start_pose, robot.group_states[exploration.group], "start_pose", where)
     cameras = [name for name, sensor in robot.sensors.items() if isinstance(sensor, DepthCamera)]
     _require(exploration.camera, cameras, "camera", where)
