@@ -215,10 +215,13 @@ def run_sanitized(tally: Tally, work: Path, only: list[str]) -> None:
     if run(command, log) != 0:
         tally.fail(f"build with sanitizers:\n{log.read_text(errors='replace')[-2000:]}")
         return
+    known = work / "known-leaks.txt"
+    known.write_text("leak:urdf::parseURDF\n")  # urdfdom never frees a URDF with a circle, which it refuses
+    environment = {**os.environ, "LSAN_OPTIONS": f"suppressions={known}"}
     for package, name in programs:
         report = work / f"sanitized-{name}.xml"
         arguments = [str(devel / "lib" / package / name), f"--gtest_output=xml:{report}"]
-        code = run(arguments, work / f"sanitized-{name}.log", cwd=work)
+        code = run(arguments, work / f"sanitized-{name}.log", cwd=work, env=environment)
         tally.add_junit(report, f"sanitized {package}/{name}", code)
 
 

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <kdl/chain.hpp>
 #include <kdl/chainfksolverpos_recursive.hpp>
-#include <kdl/chainiksolverpos_lma.hpp>
 #include <kdl/chainiksolverpos_nr_jl.hpp>
 #include <kdl/chainiksolvervel_pinv.hpp>
 #include <random>
@@ -51,7 +50,7 @@ class Numerical : public IkSolver {
   std::string family() const override { return "kdl"; }
   std::string name() const override {
     std::ostringstream text;
-    text << family() << ": Newton-Raphson and Levenberg-Marquardt from " << options_.numerical_starts
+    text << family() << ": Newton-Raphson from " << options_.numerical_starts
          << " starts, because the chain has no closed form here";
     return text.str();
   }
@@ -62,7 +61,6 @@ class Numerical : public IkSolver {
     KDL::ChainIkSolverVel_pinv velocity(kdl_);
     KDL::ChainIkSolverPos_NR_JL position(kdl_, lower_, upper_, fk, velocity,
                                          static_cast<unsigned>(options_.numerical_iterations), 1e-6);
-    KDL::ChainIkSolverPos_LMA unlimited(kdl_, 1e-7, options_.numerical_iterations);
     const KDL::Frame target = kdlFrame(T_base_tip);
     const auto dof = static_cast<unsigned>(chain_.dof());
     KDL::JntArray start(dof), answer(dof);
@@ -70,9 +68,8 @@ class Numerical : public IkSolver {
     const int first = out.size();
     for (int i = 0; i < options_.numerical_starts; ++i) {
       chooseStart(i, seed, random, start);
-      const int code =
-          i % 2 == 0 ? position.CartToJnt(start, target, answer) : unlimited.CartToJnt(start, target, answer);
-      if (code < 0 || !answer.data.allFinite() || !fitAll(answer)) continue;
+      if (position.CartToJnt(start, target, answer) < 0 || !answer.data.allFinite() || !fitAll(answer))
+        continue;
       if (isNew(answer, first, out)) accept(T_base_tip, answer.data.data(), out);
     }
   }

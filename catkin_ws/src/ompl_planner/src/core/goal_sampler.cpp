@@ -187,11 +187,7 @@ std::unique_ptr<fv_robot_model::ik::IkSolver> makeGoalIk(const RobotModel& model
   fv_robot_model::ik::IkOptions options;
   options.sweep_step_rad = config.ik_step_rad;
   options.numerical_starts = static_cast<int>(config.ik_starts);
-  if (group.joint_indices.size() < 6) {
-    options.direction_tolerance_rad = angle_tolerance_rad;
-    // KDL's Levenberg-Marquardt, which takes every second start, aborts on fewer than six joints.
-    options.numerical_starts = 1;
-  }
+  if (group.joint_indices.size() < 6) options.direction_tolerance_rad = angle_tolerance_rad;
   return fv_robot_model::ik::makeIkSolver(model, group.name, options);
 }
 
