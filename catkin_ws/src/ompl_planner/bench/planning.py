@@ -198,7 +198,7 @@ def case_rows(robot: str, world: str, quick: bool, number: int = 0) -> list[dict
     rows.append(map_row(bench, states))
     if os.environ.get("FV_BENCH_SLOW") and robot == "hubo":
         place(bench, states[-1], 1)
-        rows.append(length_row(bench, count=20, runs=10, seconds=10.0))
+        rows.append(length_row(bench, count=10, runs=10, seconds=10.0))  # 20 queries in both worlds
     return rows
 
 

@@ -10,7 +10,7 @@ from hubo_description import load_robot
 
 
 def best_of_rrtstar(planner: _core.MotionPlanner, request: _core.PlanRequest, runs: int) -> float:
-    """Shortest path [rad] of the runs, shortcuts included; infinite when none found one."""
+    """Shortest path [rad] as RRT* leaves it (its time is all search, none left for shortcuts); infinite without one."""
     lengths = [np.inf]
     for seed in range(runs):
         request.seed = seed + 1
