@@ -1,11 +1,13 @@
-// KDL's Newton-Raphson with joint limits from several starts: for chains without a closed form, and the
-// reference that the closed forms are measured against.
+// KDL's Newton-Raphson with joint limits, and a damped descent without, from several starts: for chains
+// without a closed form, and the reference that the closed forms are measured against.
 
+#include <Eigen/Cholesky>
 #include <cmath>
 #include <kdl/chain.hpp>
 #include <kdl/chainfksolverpos_recursive.hpp>
 #include <kdl/chainiksolverpos_nr_jl.hpp>
 #include <kdl/chainiksolvervel_pinv.hpp>
+#include <kdl/chainjnttojacsolver.hpp>
 #include <random>
 #include <sstream>
 
@@ -36,6 +38,41 @@ KDL::Chain kdlChain(const SerialChain& chain) {
   return kdl;
 }
 
+/// Levenberg and Marquardt's method without regard to limits. KDL has one too, but it aborts in processes in
+/// which another library instantiates Eigen's JacobiSVD (seen in the planning node).
+/// @param q  start, and the answer when true is returned; [rad or m].
+bool descend(const KDL::Chain& chain, const KDL::Frame& target, int iterations, KDL::JntArray& q) {
+  constexpr double kConverged = 1e-7;  // m and rad together
+  KDL::ChainFkSolverPos_recursive fk(chain);
+  KDL::ChainJntToJacSolver jacobian_of(chain);
+  KDL::Jacobian jacobian(q.rows());
+  KDL::Frame pose;
+  const auto errorAt = [&](const KDL::JntArray& at) {
+    fk.JntToCart(at, pose);
+    const KDL::Twist twist = KDL::diff(pose, target);
+    Eigen::Matrix<double, 6, 1> error;
+    error << twist.vel.x(), twist.vel.y(), twist.vel.z(), twist.rot.x(), twist.rot.y(), twist.rot.z();
+    return error;
+  };
+  double damping = 1e-3;
+  Eigen::Matrix<double, 6, 1> error = errorAt(q);
+  for (int i = 0; i < iterations && error.norm() > kConverged; ++i) {
+    jacobian_of.JntToJac(q, jacobian);
+    Eigen::MatrixXd normal = jacobian.data.transpose() * jacobian.data;
+    normal.diagonal().array() += damping;
+    KDL::JntArray trial = q;
+    trial.data += normal.ldlt().solve(jacobian.data.transpose() * error);
+    const Eigen::Matrix<double, 6, 1> next = errorAt(trial);
+    const bool better = next.norm() < error.norm();
+    damping = better ? std::max(0.2 * damping, 1e-9) : 5.0 * damping;
+    if (better) {
+      q = trial;
+      error = next;
+    }
+  }
+  return error.norm() <= kConverged;
+}
+
 class Numerical : public IkSolver {
  public:
   Numerical(const SerialChain& chain, const IkOptions& options)
@@ -50,7 +87,7 @@ class Numerical : public IkSolver {
   std::string family() const override { return "kdl"; }
   std::string name() const override {
     std::ostringstream text;
-    text << family() << ": Newton-Raphson from " << options_.numerical_starts
+    text << family() << ": Newton-Raphson and Levenberg-Marquardt from " << options_.numerical_starts
          << " starts, because the chain has no closed form here";
     return text.str();
   }
@@ -68,8 +105,10 @@ class Numerical : public IkSolver {
     const int first = out.size();
     for (int i = 0; i < options_.numerical_starts; ++i) {
       chooseStart(i, seed, random, start);
-      if (position.CartToJnt(start, target, answer) < 0 || !answer.data.allFinite() || !fitAll(answer))
-        continue;
+      answer = start;
+      const bool found = i % 2 == 0 ? position.CartToJnt(start, target, answer) >= 0
+                                    : descend(kdl_, target, options_.numerical_iterations, answer);
+      if (!found || !answer.data.allFinite() || !fitAll(answer)) continue;
       if (isNew(answer, first, out)) accept(T_base_tip, answer.data.data(), out);
     }
   }
