@@ -225,3 +225,15 @@ def test_a_real_scan_graph_is_read():
     scans = list(read_scans(shared("spherical_scan.graph")))
     assert len(scans) == 1
     assert len(scans[0].points_sensor) == 10201
+
+
+@pytest.mark.parametrize(
+    "content",
+    [header("ascii", points=0), header("ascii", points=1) + b"nan nan nan\n"],
+    ids=["empty", "all NaN"],
+)
+def test_a_cloud_without_a_point_is_refused_and_leaves_nothing(content, tmp_path, capsys):
+    (tmp_path / "void.pcd").write_bytes(content)
+    assert evaluate_cloud.main([str(tmp_path / "void.pcd"), "--out", str(tmp_path / "out")]) == 1
+    assert "no scan with a point in it" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

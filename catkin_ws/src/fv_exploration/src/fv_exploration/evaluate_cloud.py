@@ -106,13 +106,14 @@ def _insert(path: Path, options: argparse.Namespace, occupancy_map: OccupancyMap
     """Insert all scans of a file; returns their number and the last sensor pose."""
     scan_config = ScanConfig(max_range_m=options.max_range)
     filters = FilterConfig(outlier_neighbours=options.outliers)
-    count, pose = 0, np.eye(4)
+    count, returns, pose = 0, 0, np.eye(4)
     for scan in read_scans(path, options.topic, options.map_frame):
         points = filter_cloud(scan.points_sensor, filters) if options.outliers else scan.points_sensor
         occupancy_map.insert_scan(points, scan.T_map_sensor, scan_config)
         count, pose = count + 1, scan.T_map_sensor
-    if count == 0:
-        raise RecordingError(f"{path}: has no scans")
+        returns += int(np.isfinite(points).all(axis=1).sum())
+    if returns == 0:
+        raise RecordingError(f"{path}: has no scan with a point in it ({count} scans)")
     return count, pose
 
 
