@@ -160,7 +160,7 @@ def test_every_robot_starts_moves_and_sees(name):
     camera = sim.cameras[spec["camera"]]
     before, first = camera.scan(sim.scene, 0), camera.pose()
     assert np.isfinite(before.depth).mean() > 0.3
-    joint = sim.spec.groups[spec["capability_group"]][-2]
+    joint = sim.spec.groups[spec["capability_group"] or spec["group"]][-2]
     (controller,) = [c for c in sim.controllers.values() if joint in c.names]
     target = controller.set_point.position.copy()
     target[controller.names.index(joint)] += 0.2
