@@ -294,3 +294,13 @@ def test_gain_of_bad_poses_names_the_view():
     with pytest.raises(InputError, match="another map"):
         view_gain(cube_map(), evaluator, poses, CAMERA)
     assert len(view_gain(grid, evaluator, np.zeros((0, 4, 4)), CAMERA).void_volume_m3) == 0
+
+
+def test_an_empty_map_is_exported_as_an_empty_colour_tree(tmp_path):
+    grid = OccupancyMap(MapConfig(resolution_m=0.1))
+    evaluator = Evaluator(grid, EvaluationConfig())
+    evaluator.update()
+    path = tmp_path / "empty.ot"
+    write_color_tree(grid, evaluator.utility(1.0), str(path))
+    assert b"id ColorOcTree" in path.read_bytes()
+    assert b"size 0" in path.read_bytes()

@@ -124,7 +124,7 @@ void writeColorTree(const OccupancyMap& map, const Utility& utility, bool with_o
   if (with_obstacles)
     for (std::size_t i = 0; i < map.classes().size(); ++i)
       if (map.classes()[i] == kOccupied) paint(map.frame().voxel(i), 128, 128, 128);
-  tree.updateInnerOccupancy();
+  if (tree.size() > 0) tree.updateInnerOccupancy();  // it reads the root, which an empty tree lacks
   writeTree(tree, path);
 }
 
