@@ -8,12 +8,20 @@ import subprocess
 import tempfile
 import unittest
 
+import numpy as np
+import rospkg
 import rospy
 import rostest
 from fv_msgs.srv import Screenshot, ScreenshotRequest
+from geometry_msgs.msg import TransformStamped, Vector3
 from PIL import Image as Picture
 from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import ColorRGBA, Header
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
+
+from fv_viz.config import ScreenshotConfig
+from fv_viz.offscreen.camera import Camera
 
 LAYERS = (
     "occupied",
@@ -102,6 +110,25 @@ class Pictures(unittest.TestCase):
         self.assertTrue(reply.success, reply.message)
         self.assertNotEqual(self._rviz(), hanging)
 
+    def test_a_marker_that_came_before_its_frame_is_shown_all_the_same(self):
+        picture_path = os.path.join(self.folder.name, "late.png")
+        order = {"grab": picture_path, "show": ["Drawing"], "hide": ["*"], "camera": [3.0, 0.0, 0.3, 0, 0, 0]}
+        drawing = rospy.Publisher("/fv_viz/figure", MarkerArray, latch=True, queue_size=1)
+        drawing.publish([_red_ball("late_frame")])
+        config = os.path.join(rospkg.RosPack().get_path("fv_viz"), "rviz", "figures.rviz")
+        camera = Camera(ScreenshotConfig(config=config, width=320, height=240))
+        try:
+            camera.take(order)
+            self.assertEqual(_red_pixels(picture_path), 0)
+            frames = rospy.Publisher("/tf", TFMessage, queue_size=1)
+            timer = rospy.Timer(rospy.Duration(0.1), lambda _: frames.publish([_frame("late_frame")]))
+            self.addCleanup(timer.shutdown)
+            rospy.sleep(1.0)
+            self.assertEqual(camera.take(order)["errors"], [])
+        finally:
+            camera.close()
+        self.assertGreater(_red_pixels(picture_path), 100)
+
     def _rviz(self):
         children = subprocess.run(
             ["pgrep", "-f", "fv_viz.offscreen.rviz_process"], capture_output=True, text=True
@@ -113,6 +140,25 @@ class Pictures(unittest.TestCase):
     def _is_mine(self, pid):
         with open(f"/proc/{pid}/environ", "rb") as file:
             return f"ROS_MASTER_URI={os.environ['ROS_MASTER_URI']}".encode() in file.read()
+
+
+def _red_ball(frame):
+    ball = Marker(header=Header(frame_id=frame), ns="ball", type=Marker.SPHERE)
+    ball.scale = Vector3(1.0, 1.0, 1.0)
+    ball.color = ColorRGBA(1.0, 0.0, 0.0, 1.0)
+    ball.pose.orientation.w = 1.0
+    return ball
+
+
+def _frame(name):
+    place = TransformStamped(header=Header(frame_id="world", stamp=rospy.Time.now()), child_frame_id=name)
+    place.transform.rotation.w = 1.0
+    return place
+
+
+def _red_pixels(path):
+    colors = np.asarray(Picture.open(path).convert("RGB")).astype(int)
+    return int(((colors[..., 0] > 100) & (colors[..., 1:].max(axis=2) < 60)).sum())
 
 
 def suite():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-
 import actionlib
 import numpy as np
 import rospy
@@ -35,8 +33,8 @@ def bring_robot(stage: Stage, robot: str) -> dict[str, float]:
     stage.run("robot_state_publisher", "robot_state_publisher")
     model = RobotShapes(rospy.get_param("/robot_description"))
     everything = {**dict.fromkeys(model.joint_names, 0.0), **positions}
-    time.sleep(1.5)
     stage.joints(everything)
+    stage.wait_for_frames()
     return everything
 
 

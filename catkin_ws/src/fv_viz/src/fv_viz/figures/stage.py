@@ -14,6 +14,7 @@ from fv_msgs.msg import Evaluation, ExplorationVolume, PlannedPath
 from PIL import Image as Picture
 from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import Header, UInt64
+from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from fv_viz import packing, shapes
@@ -72,6 +73,16 @@ class Stage:
             rospy.wait_for_message(topic, MarkerArray, timeout=timeout_s)
         except rospy.ROSException as error:
             raise RuntimeError(f"no markers on {topic} within {timeout_s:g} s") from error
+
+    def wait_for_frames(self, timeout_s: float = 20.0) -> None:
+        """Wait until the robot's moving frames are published: RViz drops markers that come before their frame.
+
+        Raises RuntimeError when they are not.
+        """
+        try:
+            rospy.wait_for_message("/tf", TFMessage, timeout=timeout_s)
+        except rospy.ROSException as error:
+            raise RuntimeError(f"no frames of the robot within {timeout_s:g} s") from error
 
     def evaluation(self, msg: Evaluation) -> None:
         """Have an evaluation drawn."""

@@ -53,7 +53,7 @@ class Renderer:
         self._look(order.get("preset", ""), order.get("camera", []))
         self._wake()
         try:
-            reply = {"stable": self._settle(float(order.get("settle_s", 5.0)))}
+            reply = {"stable": self._settle_without_errors(float(order.get("settle_s", 5.0)))}
             if "grab" in order and not self._grab().save(order["grab"], "PNG"):
                 raise OSError(f"cannot write {order['grab']}")
             if "measure_s" in order:
@@ -132,6 +132,20 @@ class Renderer:
         self.work(seconds)
         return (self._manager.getFrameCount() - first) / (time.monotonic() - started)
 
+    def _settle_without_errors(self, limit_s: float) -> bool:
+        """Wait until the picture rests, and start displays that show an error again while there is time.
+
+        RViz drops a marker that came before its frame for good; a display that starts again gets what is latched.
+        """
+        deadline = time.monotonic() + limit_s
+        stable = self._settle(limit_s)
+        while (failing := self._failing()) and time.monotonic() < deadline:
+            for display in failing:
+                display.setEnabled(False)
+                display.setEnabled(True)
+            stable = self._settle(deadline - time.monotonic())
+        return stable
+
     def _settle(self, limit_s: float) -> bool:
         """Wait until the picture does not change any more; False when it still does at the limit."""
         deadline, before = time.monotonic() + limit_s, None
@@ -161,16 +175,23 @@ class Renderer:
                 topics += [str(c.getValue()) for c in children if c.getName() in ("Topic", "Marker Topic")]
         return topics
 
-    def _errors(self) -> list[str]:
-        """Status lines of level error; RViz names the status property "Status: Error" then."""
-        found = []
+    def _failing(self) -> dict:
+        """Shown displays with an error, and their status; RViz names the status property "Status: Error" then."""
+        found = {}
         for display in self._displays():
             children = [display.childAt(k) for k in range(display.numChildren())]
-            for status in children:
-                if display.isEnabled() and status.getName() == "Status: Error":
-                    lines = [status.childAt(k) for k in range(status.numChildren())]
-                    words = "; ".join(f"{line.getName()}: {line.getValue()}" for line in lines)
-                    found.append(f"{display.getName()}: {words}")
+            wrong = [child for child in children if child.getName() == "Status: Error"]
+            if display.isEnabled() and wrong:
+                found[display] = wrong[0]
+        return found
+
+    def _errors(self) -> list[str]:
+        """A line for each display with an error."""
+        found = []
+        for display, status in self._failing().items():
+            lines = [status.childAt(k) for k in range(status.numChildren())]
+            words = "; ".join(f"{line.getName()}: {line.getValue()}" for line in lines)
+            found.append(f"{display.getName()}: {words}")
         return found
 
 
