@@ -13,7 +13,7 @@ import viz_fake_run
 from PIL import Image as Picture
 from PIL import features
 
-from fv_viz.report import charts, compare, media, page, run_data, scene
+from fv_viz.report import charts, compare, media, page, run_data, scene, tables
 from fv_viz.report.commands import compare_main, report_main
 from fv_viz.report.scene import FACE, encoded_faces
 
@@ -182,7 +182,26 @@ def test_runs_are_compared_by_case(run, tmp_path, capsys):
     assert compare_main([str(run), str(other), str(tmp_path / "nowhere"), "--out", str(target)]) == 0
     assert "nowhere" in capsys.readouterr().err
     assert "synthetic, arm: 2 runs" in target.read_text()
-    assert compare_main([str(tmp_path / "nowhere")]) == 1
+    assert "Each line is the median" in target.read_text()
+    assert compare_main([str(tmp_path / "nowhere"), "--out", str(tmp_path / "none.html")]) == 1
+    assert not (tmp_path / "none.html").exists()
+
+
+def test_a_comparison_does_not_replace_another_unless_told_to(run, tmp_path, capsys):
+    target = tmp_path / "cmp.html"
+    target.write_text("mine")
+    assert compare_main([str(run), "--out", str(target)]) == 1
+    assert "--force" in capsys.readouterr().err
+    assert target.read_text() == "mine"
+    assert compare_main([str(run), "--out", str(target), "--force"]) == 0
+    assert "1 exploration compared" in target.read_text()
+    assert "synthetic, arm: 1 run. Each line is one run." in target.read_text()
+
+
+def test_runs_of_one_name_are_told_apart_by_their_folders(run, tmp_path):
+    runs = [run_data.load(shutil.copytree(run, tmp_path / parent / "one")) for parent in ("a", "b")]
+    assert compare._names(runs) == ["a/one", "b/one"]
+    assert compare._names([runs[0], runs[0]]) == ["one", "one"]
 
 
 def test_the_spread_keeps_the_last_share_of_a_shorter_run(run, tmp_path):
@@ -197,9 +216,64 @@ def test_the_outcome_is_one_sentence_of_what_is_known():
     data = run_data.RunData(folder=None)
     assert page.outcome(data) == "The exploration left no result."
     data.run = {"result": "CANCELLED", "views": 3, "contacts": 2}
-    assert page.outcome(data) == (
-        "After 3 views the exploration was cancelled; something was touched in 2 physics steps."
-    )
+    words = "After 3 views the exploration ended: it was cancelled; something was touched in 2 physics steps."
+    assert page.outcome(data) == words
+    data.run["reason"] = "it was cancelled"  # as run.json says it: told once
+    assert page.outcome(data) == words
+
+
+def test_an_explored_share_of_an_unsettled_set_is_called_an_upper_bound(run, tmp_path):
+    folder = shutil.copytree(run, tmp_path / "run")
+    assert "at most" not in page.report(run_data.load(folder))
+    content = json.loads((folder / "run.json").read_text())
+    content.update(truth={"observable_settled": False, "observable_samples": 6000}, explored_share=0.857)
+    (folder / "run.json").write_text(json.dumps(content))
+    text = page.report(run_data.load(folder))
+    assert "at most 85.7\u00a0% of what the camera can observe" in text
+    assert "≤ 85.7 %" in text
+    assert "still growing after 6,000 sampled views" in text
+    assert "Explored shares of run are upper bounds" in compare.comparison([run_data.load(folder)])
+
+
+def test_the_table_of_views_groups_its_columns_and_keeps_unknown_ones(tmp_path):
+    columns = {
+        "view": [0.0, 1.0],
+        "known_share": [0.0647, np.nan],
+        "free": [20149.0, 48124.0],
+        "mood": [3.0, 4.5],
+    }
+    data = run_data.RunData(tmp_path, columns={name: np.array(values) for name, values in columns.items()})
+    text = tables.every_view(data)
+    assert re.findall(r'colspan="(\d)">([^<]*)<', text) == [
+        ("1", ""),
+        ("1", "share [%]"),
+        ("1", "thousand voxels"),
+        ("1", "other"),
+    ]
+    assert re.findall(r'<td class="number">([^<]*)<', text) == [
+        "0",
+        "6.5",
+        "20.1",
+        "3",
+        "1",
+        "–",
+        "48.1",
+        "4.5",
+    ]
+
+
+def test_the_worth_of_a_view_is_told_with_its_weight(tmp_path):
+    data = run_data.RunData(tmp_path, run={"config": {"views": {"known_weight": 0.25}}})
+    assert "other unseen space by 0.25" in page.worth_note(data)
+    data.run = {"config": [1]}
+    assert "by the configured known_weight" in page.worth_note(data)
+
+
+def test_pictures_are_named_after_the_view_that_they_follow(tmp_path):
+    names = ("view_001", "view_012", "finished", "my_own")
+    text = media.strip(run_data.RunData(tmp_path, pictures=[tmp_path / f"{name}.png" for name in names]))
+    found = re.findall(r"<figcaption>([^<]*)<", text)
+    assert found == ["after the first scan", "after view 11", "finished", "my own"]
 
 
 @pytest.mark.parametrize("limits", [(0, 1), (0, 0.037), (-5, 8123), (1, 2)])

@@ -6,7 +6,7 @@ import html
 from pathlib import Path
 
 from fv_viz.report.commands import write as write_whole
-from fv_viz.report.page import page
+from fv_viz.report.markup import page
 
 
 def write(folder: Path) -> Path:

@@ -50,7 +50,7 @@ class Frame:
             parts.append(
                 f'<line class="grid" x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{row:.1f}" y2="{row:.1f}"/>'
             )
-            parts.append(f'<text x="{LEFT - 7}" y="{row + 4:.1f}" text-anchor="end">{tick:g}</text>')
+            parts.append(f'<text x="{LEFT - 7}" y="{row + 4:.1f}" text-anchor="end">{tick:,.10g}</text>')
         for tick in ticks(*self._x, least=1.0 if self._labels[0] == "view" else 0.0):
             parts.append(
                 f'<text x="{self.x(tick):.1f}" y="{HEIGHT - BOTTOM + 17}" text-anchor="middle">{tick:g}</text>'

@@ -33,7 +33,7 @@ def report_main(arguments: list[str] | None = None) -> int:
 
 
 def compare_main(arguments: list[str] | None = None) -> int:
-    """rosrun fv_viz compare RUN_DIR RUN_DIR... [--out FILE]; returns the exit code."""
+    """rosrun fv_viz compare RUN_DIR RUN_DIR... [--out FILE] [--force]; returns the exit code."""
     parser = argparse.ArgumentParser(
         prog="rosrun fv_viz compare", description="Draw several runs in one page."
     )
@@ -41,7 +41,10 @@ def compare_main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--out", type=Path, default=Path("comparison.html"), help="file to write (%(default)s)"
     )
+    parser.add_argument("--force", action="store_true", help="replace the file if it is there")
     options = parser.parse_args(arguments)
+    if options.out.exists() and not options.force:
+        return _failed(f"{options.out} is there already: --force replaces it, --out FILE writes another")
     found = []
     for folder in options.runs:
         try:

@@ -7,21 +7,41 @@ from typing import Any
 import numpy as np
 
 from fv_viz.report import charts
-from fv_viz.report.page import figure, page, table
+from fv_viz.report.markup import Number, figure, is_number, page, table, text
+from fv_viz.report.page import explored_words
 from fv_viz.report.run_data import TIMES, RunData
+from fv_viz.report.tables import duration, percent
 
-KEYS = ("result", "views", "explored_share", "contacts", "wall_s", "sim_s", "resolution_m")
+SUMMARY = (
+    "run",
+    "case",
+    "ended",
+    "views",
+    "explored",
+    "known",
+    "contacts",
+    "wall time",
+    "simulated",
+    "voxel",
+)
+ENDED = {  # words for run.json's result where a table has little room
+    "COMPLETE": "nothing left",
+    "VIEW_BUDGET": "budget of views",
+    "TIME_BUDGET": "budget of time",
+    "CANCELLED": "cancelled",
+    "FAILED": "failed",
+}
+USED = ("run.json", "metrics.csv")  # of a run's files
 
 
 def comparison(runs: list[RunData]) -> str:
     """The whole page as HTML text; runs of the same world and robot count as repetitions of one case."""
     cases = grouped(runs)
-    names = [run.folder.name for run in runs]
+    names = _names(runs)
     parts = [
-        f"<h1>{len(runs)} explorations compared</h1>",
-        f'<p class="soft">{", ".join(f"{name}: {len(members)} runs" for name, members in cases.items())}. '
-        "Lines are medians of a case, bands reach from its smallest to its largest run.</p>",
-        *[f'<p class="warn">{run.folder.name}: {"; ".join(run.missing)}</p>' for run in runs if run.missing],
+        f"<h1>{_count(len(runs), 'exploration')} compared</h1>",
+        f'<p class="soft">{text(_sizes(cases))}. {_what_lines_are(cases)}</p>',
+        *_warnings(runs, names),
         '<div class="charts">',
         figure(
             "Explored share over views",
@@ -30,14 +50,11 @@ def comparison(runs: list[RunData]) -> str:
         figure(
             "Known share over views", _spread(cases, "known_share", 100.0, "share of the volume [%]", 100.0)
         ),
-        figure("Real gain of each view", _spread(cases, "real_gain_m3", 1.0, "newly known volume [m³]")),
-        figure("Path length of each view", _spread(cases, "path_length_rad", 1.0, "path [rad]")),
+        figure("Volume that each view made known", _spread(cases, "real_gain_m3", 1.0, "newly known [m³]")),
+        figure("Motion to each view", _spread(cases, "path_length_rad", 1.0, "path in joint space [rad]")),
         "</div><h2>Every run</h2>",
-        table(
-            [[name, *_summary(run)] for name, run in zip(names, runs, strict=True)],
-            ["run", "case", *(key.replace("_", " ") for key in KEYS)],
-        ),
-        "<h2>Mean seconds of a view</h2>",
+        table([[name, *_summary(run)] for name, run in zip(names, runs, strict=True)], SUMMARY),
+        "<h2>Mean wall time of each step of a view [s]</h2>",
         table([[name, *_means(run)] for name, run in zip(names, runs, strict=True)], ["run", *TIMES]),
     ]
     return page("Explorations compared", parts)
@@ -73,6 +90,49 @@ def _case(run: RunData) -> str:
     return ", ".join(known) or "unnamed"
 
 
+def _names(runs: list[RunData]) -> list[str]:
+    """Folders' names, with as many parents as tell them apart."""
+    paths = [run.folder.resolve().parts for run in runs]
+    for length in range(1, max(map(len, paths)) + 1):
+        names = ["/".join(parts[-length:]) for parts in paths]
+        if len(set(names)) == len(set(paths)):
+            break
+    return names
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def _sizes(cases: dict[str, list[RunData]]) -> str:
+    return "; ".join(f"{name}: {_count(len(members), 'run')}" for name, members in cases.items())
+
+
+def _what_lines_are(cases: dict[str, list[RunData]]) -> str:
+    if all(len(members) == 1 for members in cases.values()):
+        return "Each line is one run."
+    return (
+        "Each line is the median of a case's runs, its band reaches from the smallest to the largest. A run that has "
+        "ended keeps its last share."
+    )
+
+
+def _warnings(runs: list[RunData], names: list[str]) -> list[str]:
+    """What is missing, and whose explored shares are upper bounds."""
+    out = []
+    for run, name in zip(runs, names, strict=True):
+        missing = [line for line in run.missing if line.startswith(USED)]
+        if missing:
+            out.append(f'<p class="warn">{text(name)}: {text("; ".join(missing))}.</p>')
+    bounds = [name for run, name in zip(runs, names, strict=True) if not run.settled]
+    if bounds:
+        out.append(
+            f'<p class="warn">Explored shares of {text(", ".join(bounds))} are upper bounds: what the camera can '
+            "observe there was still growing when the search for it ended.</p>"
+        )
+    return out
+
+
 def _spread(
     cases: dict[str, list[RunData]], name: str, factor: float, label: str, top: float | None = None
 ) -> str:
@@ -88,12 +148,29 @@ def _spread(
 
 
 def _summary(run: RunData) -> list[Any]:
-    return [_case(run), *[run.run.get(key, float("nan")) for key in KEYS]]
+    """The cells of SUMMARY behind the name."""
+    said = run.run
+    result = str(said.get("result", "–"))
+
+    def number(key: str, form) -> Number:
+        return Number(form(said[key]) if is_number(said.get(key)) else "–")
+
+    return [
+        _case(run),
+        ENDED.get(result, result),
+        number("views", lambda v: f"{v:g}"),
+        number("explored_share", lambda _: explored_words(run)),
+        number("known_share", lambda v: f"{percent(v)} %"),
+        number("contacts", lambda v: f"{v:,g}"),
+        number("wall_s", duration),
+        number("sim_s", duration),
+        number("resolution_m", lambda v: f"{100 * v:g} cm"),
+    ]
 
 
-def _means(run: RunData) -> list[float]:
+def _means(run: RunData) -> list[Number]:
     means = []
     for name in TIMES:
         values = run.column(f"{name}_s")
-        means.append(float(np.nanmean(values)) if np.isfinite(values).any() else float("nan"))
+        means.append(Number(f"{np.nanmean(values):.3f}" if np.isfinite(values).any() else "–"))
     return means

@@ -2,53 +2,50 @@
 
 from __future__ import annotations
 
-import html
 import json
-from collections.abc import Iterable
 from importlib import resources
 from typing import Any
 
 import numpy as np
 
-from fv_viz.report import charts, media
+from fv_viz.report import charts, media, tables
+from fv_viz.report.markup import figure, is_number, page, shown, text
 from fv_viz.report.run_data import TIMES, RunData
 from fv_viz.report.scene import scene
 
-# What the comparison with the true scene found, in words; other keys are shown as they are.
-TRUTH = {
-    "free_in_solid_share": "free voxels deeper than a voxel inside solids",
-    "occupied_far_share": "occupied voxels away from any surface",
-    "explored_share": "explored of what the camera can observe at all",
-    "observable_samples": "views tried to find what can be observed",
-    "observable_settled": "more of them would have found no more",
-}
 OPEN_ALL = """
 const closed = () => document.querySelectorAll("details:not([open])");
 addEventListener("beforeprint", () => closed().forEach((one) => { one.open = one.dataset.printed = true; }));
 addEventListener("afterprint", () => document.querySelectorAll("[data-printed]").forEach((one) => {
   one.open = false; delete one.dataset.printed; }));
 """
+# How it ended, and why when run.json does not say it.
 RESULTS = {
-    "COMPLETE": "ended by itself: nothing worth seeing is left within reach",
-    "VIEW_BUDGET": "ended because its budget of views was used up",
-    "TIME_BUDGET": "ended because its time was used up",
-    "CANCELLED": "was cancelled",
-    "FAILED": "failed",
+    "COMPLETE": ("ended by itself", "nothing worth seeing is left within reach"),
+    "VIEW_BUDGET": ("ended", "its budget of views was used up"),
+    "TIME_BUDGET": ("ended", "its time was used up"),
+    "CANCELLED": ("ended", "it was cancelled"),
+    "FAILED": ("failed", ""),
 }
+UPPER_BOUND = (
+    "The explored share is an upper bound: what the camera can observe at all was still growing after {samples} "
+    "sampled views of the true scene, so there is more to see than the share is measured by."
+)
 
 
 def report(data: RunData) -> str:
     """The whole page as HTML text."""
     parts = [
-        f"<h1>Exploration: {_text(data.name)}</h1>",
-        f'<p class="lead">{_text(outcome(data))}</p>',
+        f"<h1>Exploration: {text(data.name)}</h1>",
+        f'<p class="lead">{text(outcome(data))}</p>',
         _missing(data),
         _tiles(data),
+        upper_bound_note(data),
         media.scene(data),
         media.strip(data),
         _scene(data),
         _charts(data),
-        _views_table(data),
+        tables.every_view(data),
         _statistics(data),
         _details(data),
         f"<script>{OPEN_ALL}</script>",
@@ -56,97 +53,63 @@ def report(data: RunData) -> str:
     return page(f"Exploration: {data.name}", parts)
 
 
-def page(title: str, parts: Iterable[str]) -> str:
-    """HTML document with the house's style sheet inside."""
-    style = resources.files(__package__).joinpath("page.css").read_text()
-    head = f'<meta charset="utf-8"><meta name="viewport" content="width=device-width"><title>{_text(title)}</title>'
-    head = f'<head>{head}<link rel="icon" href="data:,"><style>{style}</style></head>'
-    return f'<!DOCTYPE html>\n<html lang="en">{head}<body>{"".join(parts)}</body></html>\n'
-
-
 def outcome(data: RunData) -> str:
     """What happened, in one sentence, from whatever is known of it."""
     run, views = data.run, data.run.get("views", len(data.column("view")) or None)
-    fate = RESULTS.get(
-        str(run.get("result")), f"ended with {run['result']}" if "result" in run else "left no result"
-    )
-    if run.get("reason"):
-        fate += f" ({str(run['reason']).rstrip('.')})"
     gained = []
-    if _is_number(run.get("explored_share")):
-        gained.append(f"{100 * run['explored_share']:.1f} % of what the camera can observe is explored")
-    if _is_number(run.get("contacts")):
+    if is_number(run.get("explored_share")):
+        gained.append(f"{explored_words(data)} of what the camera can observe is explored")
+    if is_number(run.get("contacts")):
         count = int(run["contacts"])
-        gained.append(
-            "nothing was touched" if count == 0 else f"something was touched in {count} physics steps"
-        )
+        steps = f"{count} physics step{'' if count == 1 else 's'}"
+        gained.append("nothing was touched" if count == 0 else f"something was touched in {steps}")
     after = "The" if views is None else f"After {views} view{'' if views == 1 else 's'} the"
-    return f"{after} exploration {fate}{'; ' if gained else ''}{' and '.join(gained)}."
+    return f"{after} exploration {_fate(run)}{'; ' if gained else ''}{' and '.join(gained)}."
 
 
-def table(rows: Iterable[Iterable[Any]], header: Iterable[str] = ()) -> str:
-    """An HTML table; numbers are set right."""
-    rows, header = [list(row) for row in rows], list(header)
-    kinds = [_kind(value) for value in rows[0]] if rows else [""] * len(header)
-    head = "".join(f"<th{kind}>{_text(name)}</th>" for name, kind in zip(header, kinds, strict=False))
-    body = "".join("<tr>" + "".join(_cell(value) for value in row) + "</tr>" for row in rows)
-    head = f"<thead><tr>{head}</tr></thead>" if head else ""
-    return f'<div class="scroll"><table>{head}{body}</table></div>'
+def _fate(run: dict[str, Any]) -> str:
+    """How it ended and why, told once."""
+    if "result" not in run:
+        return "left no result"
+    fate, why = RESULTS.get(str(run["result"]), (f"ended with {run['result']}", ""))
+    why = str(run.get("reason") or why).rstrip(".")
+    return f"{fate}: {why}" if why else fate
 
 
-def figure(title: str, content: str) -> str:
-    """A titled figure; empty text stays empty."""
-    return f"<figure><figcaption>{_text(title)}</figcaption>{content}</figure>" if content else ""
+def explored_words(data: RunData) -> str:
+    """The explored share as people write it; an upper bound is called one."""
+    bound = "" if data.settled else "at most "
+    return f"{bound}{100 * data.run['explored_share']:.1f}\u00a0%"
 
 
-def shown(value: Any) -> str:
-    """A value as people write it."""
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        return str(value)
-    if value != value:
-        return "–"
-    return f"{int(value):,}" if float(value).is_integer() and abs(value) < 1e15 else f"{value:.4g}"
-
-
-def _text(value: Any) -> str:
-    return html.escape(str(value))
-
-
-def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and value == value
-
-
-def _cell(value: Any) -> str:
-    return f"<td{_kind(value)}>{_text(shown(value))}</td>"
-
-
-def _kind(value: Any) -> str:
-    return ' class="number"' if _is_number(value) or value != value else ""
+def upper_bound_note(data: RunData) -> str:
+    """A paragraph that says why an explored share is only an upper bound; empty when it is not."""
+    if data.settled:
+        return ""
+    samples = data.truth.get("observable_samples")
+    return f'<p class="warn">{UPPER_BOUND.format(samples=shown(samples) if samples else "all")}</p>'
 
 
 def _missing(data: RunData) -> str:
     if not data.missing:
         return ""
-    return f'<p class="warn">Not everything of this run was found: {_text("; ".join(data.missing))}.</p>'
+    return f'<p class="warn">Not everything of this run was found: {text("; ".join(data.missing))}.</p>'
 
 
 def _tiles(data: RunData) -> str:
     run, tiles = data.run, []
+    bound = "" if data.settled else "≤ "
     for key, label, form in (
-        ("explored_share", "explored of the observable", lambda v: f"{100 * v:.1f} %"),
+        ("explored_share", "explored of the observable", lambda v: f"{bound}{100 * v:.1f} %"),
         ("known_share", "known of the whole volume", lambda v: f"{100 * v:.1f} %"),
         ("views", "views", lambda v: f"{v:g}"),
-        ("wall_s", "wall time", _duration),
-        ("sim_s", "simulated time", _duration),
+        ("wall_s", "wall time", tables.duration),
+        ("sim_s", "simulated time", tables.duration),
         ("contacts", "steps in contact", lambda v: f"{v:g}"),
     ):
-        if _is_number(run.get(key)):
+        if is_number(run.get(key)):
             tiles.append(f'<div class="tile"><b>{form(run[key])}</b><span>{label}</span></div>')
     return f'<div class="tiles">{"".join(tiles)}</div>'
-
-
-def _duration(seconds: float) -> str:
-    return f"{seconds:.0f} s" if seconds < 120 else f"{int(seconds // 60)} min {int(seconds % 60)} s"
 
 
 def _scene(data: RunData) -> str:
@@ -156,6 +119,7 @@ def _scene(data: RunData) -> str:
     script = resources.files(__package__).joinpath("scene3d.js").read_text()
     packed = json.dumps(content, separators=(",", ":")).replace("</", "<\\/")
     last = int(data.since["view"].max()) if data.since and data.since["view"].size else 0
+    last = max(last, len(data.poses)) if last else 0  # the last views may have shown nothing new
     sliders = (
         '<label>cut off above <input id="scene-cut" type="range"> <span id="scene-cut-text"></span></label>'
     )
@@ -181,17 +145,24 @@ def _charts(data: RunData) -> str:
         ("explored of the observable", 100 * data.column("explored_share")),
         ("known of the whole volume", 100 * data.column("known_share")),
     ]
-    gains = [("expected", data.column("expected_gain_m3")), ("real", data.column("real_gain_m3"))]
+    gains = [
+        ("expected worth", data.column("expected_gain_m3")),
+        ("newly known volume", data.column("real_gain_m3")),
+    ]
     counts = [(name, data.column(name)) for name in ("occupied", "free", "unknown", "frontier", "void")]
+    motions = [("length of the path", data.column("path_length_rad"))]
     steps = {name: data.column(f"{name}_s") for name in TIMES}
     figures = [
         figure("Coverage over views", charts.lines(_series(shares, view), "view", "share [%]", 100.0)),
         figure(
             "Coverage over time", charts.lines(_series(shares, wall), "wall time [s]", "share [%]", 100.0)
         ),
-        figure("Gain of each view", charts.lines(_series(gains, view), "view", "newly known volume [m³]")),
+        figure("Gain of each view", charts.lines(_series(gains, view), "view", "[m³]"), worth_note(data)),
         figure("Time per step", charts.stacked_bars(view, steps, "view", "wall time [s]")),
         figure("Voxels of each class", charts.lines(_series(counts, view), "view", "voxels")),
+        figure(
+            "Motion to each view", charts.lines(_series(motions, view), "view", "path in joint space [rad]")
+        ),
     ]
     return f'<h2>Coverage, gain and time</h2><div class="charts">{"".join(figures)}</div>'
 
@@ -200,49 +171,26 @@ def _series(named: list[tuple[str, np.ndarray]], x: np.ndarray) -> list[charts.S
     return [charts.Series(name, x, y) for name, y in named]
 
 
-def _views_table(data: RunData) -> str:
-    if not data.columns:
-        return ""
-    names = [name for name, values in data.columns.items() if np.isfinite(values).any()]
-    columns = [[_short(value) for value in data.columns[name].tolist()] for name in names]
-    rows = zip(*columns, strict=True)
-    words = [name.replace("_", " ") for name in names]
-    return f'<h2>Every view</h2><div class="dense">{table(rows, words)}</div>'
-
-
-def _short(value: float) -> float:
-    """Three digits are enough where columns are many."""
-    return value if value != value or value.is_integer() else float(f"{value:.3g}")
+def worth_note(data: RunData) -> str:
+    """What the expected worth of a view counts, beside the volume that became known."""
+    views = data.run.get("config", {}).get("views", {}) if isinstance(data.run.get("config"), dict) else {}
+    weight = views.get("known_weight") if isinstance(views, dict) else None
+    part = f"by {weight:g}" if is_number(weight) else "by the configured known_weight"
+    return (
+        f"Expected worth counts unseen void in full and other unseen space {part}, less where a view nearby has "
+        "disappointed; newly known volume counts all that became known."
+    )
 
 
 def _statistics(data: RunData) -> str:
-    rows = [
-        [f"{name} voxels", len(points), f"{len(points) * data.resolution**3:.3f} m³"]
-        for name, points in data.points.items()
-    ]
-    run = data.run
-    if _is_number(run.get("resolution_m")):
-        rows.append(["edge of a voxel", f"{100 * run['resolution_m']:g} cm", ""])
-    if "bounds_min" in run and "bounds_max" in run:
-        rows.append(["exploration volume", f"{run['bounds_min']} to {run['bounds_max']} m", ""])
-    truth = run.get("truth")
-    for name, value in truth.items() if isinstance(truth, dict) else ():
-        if name not in data.points:  # its counts of voxels are those above
-            words = TRUTH.get(name, name.replace("_", " "))
-            rows.append([f"against the true scene: {words}", _share(value), ""])
-    return f"<h2>The map in numbers</h2>{table(rows)}" if rows else ""
-
-
-def _share(value: Any) -> str:
-    if _is_number(value) and 0.0 <= value <= 1.0:
-        return f"{100 * value:.3g} %"
-    return json.dumps(value) if isinstance(value, (dict, list)) else shown(value)
+    parts = [tables.voxels(data), tables.facts(data)]
+    return f'<h2>The map in numbers</h2><div class="charts">{"".join(parts)}</div>' if any(parts) else ""
 
 
 def _details(data: RunData) -> str:
     out = []
     for key, title in (("config", "Configuration"), ("versions", "Versions")):
         if key in data.run:
-            text = _text(json.dumps(data.run[key], indent=2, sort_keys=True))
-            out.append(f"<details><summary>{title}</summary><pre>{text}</pre></details>")
+            content = text(json.dumps(data.run[key], indent=2, sort_keys=True))
+            out.append(f"<details><summary>{title}</summary><pre>{content}</pre></details>")
     return f"<h2>How it was run</h2>{''.join(out)}" if out else ""

@@ -13,6 +13,7 @@ import numpy as np
 
 TIMES = ("scan", "integrate", "evaluate", "choose", "plan", "move", "screenshot")
 SCENE = (".mp4", ".webm", ".gif", ".png", ".jpg")
+FINISHED = "finished"  # stem of the last picture
 CLASSES = ("occupied", "free", "frontier", "void")
 
 
@@ -43,6 +44,17 @@ class RunData:
         known = [str(self.run[key]) for key in ("world", "robot") if key in self.run]
         seed = [f"seed {self.run['seed']}"] if "seed" in self.run else []
         return ", ".join(known + seed) or self.folder.name
+
+    @property
+    def truth(self) -> dict[str, Any]:
+        """What the comparison with the true scene found; empty without one."""
+        truth = self.run.get("truth")
+        return truth if isinstance(truth, dict) else {}
+
+    @property
+    def settled(self) -> bool:
+        """Whether what the camera can observe at all was found in full; False: explored shares are upper bounds."""
+        return self.truth.get("observable_settled") is not False
 
     def column(self, name: str) -> np.ndarray:
         """A column of metrics.csv; all NaN when the file does not have it."""
@@ -81,7 +93,7 @@ def load(folder: Path) -> RunData:
         ) as error:
             data.missing.append(f"{name} cannot be used: {type(error).__name__}: {error}")
     data.pictures = sorted(
-        (folder / "screenshots").glob("*.png"), key=lambda path: (path.stem == "finished", path.name)
+        (folder / "screenshots").glob("*.png"), key=lambda path: (path.stem == FINISHED, path.name)
     )
     if not data.pictures:
         data.missing.append("no pictures in screenshots/")

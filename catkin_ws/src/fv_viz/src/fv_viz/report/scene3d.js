@@ -12,12 +12,30 @@
   // axis of the normal, sign, axis along which a face is long, brightness; as DIRECTIONS in voxels.py, axes x y z
   const DIRECTIONS = [[0, 0, 1, 0.8], [0, 1, 1, 0.86], [1, 0, 0, 0.7], [1, 1, 0, 0.74], [2, 0, 0, 0.6], [2, 1, 0, 1.0]];
   const CORNERS = [[0, 0], [1, 0], [1, 1], [0, 0], [1, 1], [0, 1]];
-  const middle = data.low.map((low, k) => (low + data.high[k]) / 2);
   const size = Math.hypot(...data.high.map((high, k) => high - data.low[k]));
-  const home = { yaw: -2.4, pitch: 0.8, distance: 0.9 * size, focus: [...middle] };
+  const ZOOM = 1.9;  // focal length over half the height of the picture
+  const home = allInside(-2.4, 0.8);
   const camera = { ...home, focus: [...home.focus] };
   let lastView = 255;
   let top = data.high[2];
+
+  function axes({ yaw, pitch }) {
+    const [cy, sy, cp, sp] = [Math.cos(yaw), Math.sin(yaw), Math.cos(pitch), Math.sin(pitch)];
+    return { back: [cy * cp, sy * cp, sp], right: [-sy, cy, 0], up: [-cy * sp, -sy * sp, cp] };
+  }
+
+  function allInside(yaw, pitch) {  // the nearest camera that sees all corners of the volume; see framing.py
+    const { back, right, up } = axes({ yaw, pitch }), aspect = canvas.clientWidth / Math.max(canvas.clientHeight, 1);
+    const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    const corners = box(data.low, data.high), depths = corners.map((corner) => dot(back, corner));
+    const depth = (Math.min(...depths) + Math.max(...depths)) / 2;
+    const [across, upwards] = [[right, (0.96 * aspect) / ZOOM], [up, 0.96 / ZOOM]].map(([axis, half]) => {
+      const [high, low] = [1, -1].map((sign) => Math.max(...corners.map((c, k) => sign * dot(axis, c) + half * depths[k])));
+      return { place: (high - low) / 2, depth: (high + low) / (2 * half) };
+    });
+    const focus = [0, 1, 2].map((k) => right[k] * across.place + up[k] * upwards.place + back[k] * depth);
+    return { yaw, pitch, distance: Math.max(across.depth, upwards.depth) - depth, focus };
+  }
 
   function program(vertex, fragment) {
     const out = gl.createProgram();
@@ -103,21 +121,20 @@
     const item = faces(layer);
     item.shown = layer.shown;
     const coarse = layer.size > 1.5 * data.resolution ? `, drawn in cubes of ${Math.round(100 * layer.size)} cm` : "";
-    items.push([`${layer.name} (${layer.count.toLocaleString("en")}${coarse})`, item]);
+    items.push([`${layer.name} (${layer.count.toLocaleString("en")}${coarse})`, item, layer.rgb]);
   }
   if (data.views.length) {
     items.push(["executed views", segments(data.views.flatMap((v) => EDGES.map((k) => v[k])), [200, 0, 120],
-      (k) => Math.floor(k / EDGES.length) + 1)]);
+      (k) => Math.floor(k / EDGES.length) + 1), [200, 0, 120]]);
     const way = data.views.slice(1).flatMap((view, k) => [data.views[k][0], view[0]]);
-    if (way.length) items.push(["way from view to view", segments(way, [0, 90, 200], (k) => Math.floor(k / 2) + 2)]);
+    if (way.length) items.push(["way from view to view", segments(way, [0, 90, 200], (k) => Math.floor(k / 2) + 2), [0, 90, 200]]);
   }
 
   function matrix() {
-    const [cy, sy, cp, sp] = [Math.cos(camera.yaw), Math.sin(camera.yaw), Math.cos(camera.pitch), Math.sin(camera.pitch)];
-    const back = [cy * cp, sy * cp, sp], right = [-sy, cy, 0], up = [-cy * sp, -sy * sp, cp];
+    const { back, right, up } = axes(camera);
     const eye = camera.focus.map((f, k) => f + camera.distance * back[k]);
     const dot = (a) => -(a[0] * eye[0] + a[1] * eye[1] + a[2] * eye[2]);
-    const near = camera.distance / 50, far = camera.distance + 3 * size, f = 1.9, aspect = canvas.width / canvas.height;
+    const near = camera.distance / 50, far = camera.distance + 3 * size, f = ZOOM, aspect = canvas.width / canvas.height;
     const [a, b] = [(far + near) / (near - far), (2 * far * near) / (near - far)];
     const rows = [right.map((k) => (k * f) / aspect), up.map((k) => k * f), back.map((k) => k * a), back.map((k) => -k)];
     const tail = [(dot(right) * f) / aspect, dot(up) * f, dot(back) * a + b, -dot(back)];
@@ -157,19 +174,32 @@
     requestAnimationFrame(() => { due = false; draw(); });
   }
 
+  function swatch(background, kind = "") {
+    const out = document.createElement("i");
+    out.className = `swatch ${kind}`;
+    out.style.background = background;
+    return out;
+  }
+
   function controls() {
     const place = document.getElementById("scene-controls");
-    for (const [name, item] of items) {
+    for (const [name, item, color] of items) {
       const label = document.createElement("label"), box = document.createElement("input");
       Object.assign(box, { type: "checkbox", checked: item.shown });
       box.addEventListener("change", () => { item.shown = box.checked; redraw(); });
-      label.append(box, " " + name);
+      label.append(box, " ");
+      if (color) label.append(swatch(`rgb(${color})`));
+      label.append(name);
       place.append(label);
     }
+    const key = document.createElement("span"), colors = data.heights.map((rgb) => `rgb(${rgb})`);
+    key.append(swatch(`linear-gradient(90deg, ${colors})`, "heights"),
+      `height ${data.low[2].toFixed(1)} to ${data.high[2].toFixed(1)} m (occupied)`);
+    place.append(key);
     const slider = document.getElementById("scene-slider");
     if (slider) slider.addEventListener("input", () => {
       lastView = Number(slider.value) === Number(slider.max) ? 255 : Number(slider.value);
-      document.getElementById("scene-slider-text").textContent = `after view ${slider.value}`;
+      document.getElementById("scene-slider-text").textContent = slider.value === "0" ? "after the first scan" : `after view ${slider.value}`;
       redraw();
     });
   }
