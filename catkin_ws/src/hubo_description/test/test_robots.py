@@ -1,6 +1,7 @@
 """What holds for every robot that comes with the package."""
 
 import subprocess
+import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from hubo_description import list_robots, load_robot, plain_mesh_paths
 from hubo_description.collision import SelfCollision
 from hubo_description.disabled_pairs import adjacent_pairs, checked_pairs, solid_links, start_pose
+from hubo_description.urdf import NEUTRAL, load_urdf
 
 
 def test_hubo_and_the_others_are_listed():
@@ -26,6 +28,27 @@ def test_every_mesh_exists_as_absolute_file(robot):
     assert "package://" not in robot.urdf_xml
     assert 'filename="meshes' not in robot.urdf_xml
     assert "file://" not in plain_mesh_paths(robot.urdf_xml)
+
+
+COLORLESS = """<robot name="plain">
+<link name="base_link"><visual><geometry><box size="1 1 1"/></geometry></visual>
+  <visual><geometry><sphere radius="1"/></geometry><material name="nobody"/></visual></link>
+<link name="tip"><visual><geometry><box size="1 1 1"/></geometry><material name="mine"/></visual>
+  <visual><geometry><mesh filename="colored.dae"/></geometry></visual></link>
+<joint name="j" type="fixed"><parent link="base_link"/><child link="tip"/></joint>
+<material name="mine"><color rgba="1 0 0 1"/></material></robot>"""
+
+
+def test_shapes_without_a_colour_become_grey_and_others_stay(tmp_path):
+    (tmp_path / "plain.urdf").write_text(COLORLESS, encoding="utf-8")
+    (tmp_path / "colored.dae").touch()
+    root = ET.fromstring(load_urdf("plain.urdf", None, tmp_path, tmp_path))
+    materials = [visual.find("material") for visual in root.iter("visual")]
+    assert materials[0].find("color").get("rgba") == NEUTRAL
+    assert [m.get("name") for m in materials[1:3]] == ["nobody", "mine"]
+    assert materials[3] is None  # the mesh brings its own
+    defined = {m.get("name"): m.find("color").get("rgba") for m in root.findall("material")}
+    assert defined == {"mine": "1 0 0 1", "nobody": NEUTRAL}
 
 
 def test_optical_frame_is_the_camera_link_turned(robot, kinematics):

@@ -14,6 +14,8 @@ from hubo_description.errors import RobotDescriptionError
 
 MOVING = ("revolute", "continuous", "prismatic")
 PYBULLET_DATA = "pybullet_data:"
+NEUTRAL = "0.72 0.73 0.75 1"  # colour of shapes that have none; RViz would draw them red, which means contact elsewhere
+OWN_COLORS = (".dae", ".obj", ".glb", ".gltf", ".mesh")  # meshes that may bring their colours with them
 
 
 @dataclass(frozen=True)
@@ -74,6 +76,7 @@ def load_urdf(urdf: str, attach: str | None, folder: Path, common: Path) -> str:
         extra = _expand(folder / attach, common)
         _resolve_meshes(extra, folder / attach)
         root.extend(list(extra))
+    _color_the_colorless(root)
     ET.indent(root)  # pybullet reads at most 1 kB a line
     return ET.tostring(root, encoding="unicode")
 
@@ -112,6 +115,26 @@ def _resolve_meshes(root: ET.Element, path: Path) -> None:
         if not target.is_file():
             raise RobotDescriptionError(f"{path}: no such mesh: {target}")
         mesh.set("filename", f"file://{target}")
+
+
+def _color_the_colorless(root: ET.Element) -> None:
+    """Give visuals without a material, and materials that nobody defines, a neutral grey."""
+    materials = [visual.find("material") for visual in root.iter("visual")]
+    named = [m for m in (*materials, *root.findall("material")) if m is not None]
+    defined = {m.get("name") for m in named if m.find("color") is not None or m.find("texture") is not None}
+    for name in sorted({m.get("name", "") for m in named} - defined):
+        root.append(_neutral(name))
+    for visual in root.iter("visual"):
+        mesh = visual.find("geometry/mesh")
+        own = mesh is not None and Path(mesh.get("filename", "")).suffix.lower() in OWN_COLORS
+        if visual.find("material") is None and not own:
+            visual.append(_neutral("default_neutral"))
+
+
+def _neutral(name: str) -> ET.Element:
+    material = ET.Element("material", {"name": name})
+    ET.SubElement(material, "color", {"rgba": NEUTRAL})
+    return material
 
 
 def _is_below_pybullet_data(path: Path) -> bool:
