@@ -1,13 +1,13 @@
-"""The search's checker, the judge and FCL's own octree on HUBO in a half-known shelf."""
+"""The search's checker, the judge and FCL's own octree on HUBO, and on an arm of hulls, in half-known scenes."""
 
 import numpy as np
 import pytest
 from planning_setup import make_bench, random_views
 
 
-@pytest.fixture(scope="module", params=["shelf", "office"])
+@pytest.fixture(scope="module", params=["hubo shelf", "hubo office", "kuka_iiwa office"])
 def bench(request):
-    return make_bench("hubo", request.param)
+    return make_bench(*request.param.split())
 
 
 def answers(bench, states, checker):
@@ -15,7 +15,7 @@ def answers(bench, states, checker):
 
 
 def test_the_fast_check_never_accepts_what_the_judge_refuses(bench):
-    states = bench.random_states(50_000, np.random.default_rng(3))  # in each of two scenes
+    states = bench.random_states(50_000, np.random.default_rng(3))  # in each of the scenes
     fast, judge = answers(bench, states, "distance_field"), answers(bench, states, "judge")
     assert judge.any() and not judge.all()
     assert not (fast & ~judge).any()

@@ -22,7 +22,8 @@ class WorldCheck {
 
 /// How links are covered by balls.
 struct CoverOptions {
-  double max_radius_m{0.04};  ///< Largest ball of a cover [m]: small ones hug the shape, large ones are few.
+  double max_radius_m{0.06};   ///< Largest ball of a check's cover [m]: few balls, the judge is quick too.
+  double fine_radius_m{0.04};  ///< Largest ball where distances are asked for [m]: small ones hug the shape.
 };
 
 /// Balls that contain the padded links, once per robot and group. The padded shapes themselves are covered:
@@ -43,6 +44,7 @@ class LinkCovers {
     int index;
     Ball whole;               ///< Contains the link.
     std::vector<Ball> balls;  ///< Contain it together.
+    std::vector<Ball> fine;   ///< So do these: more of them, closer to its surface.
   };
   const std::vector<Link>& links() const { return links_; }
 

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "ompl_planner/hull_faces.h"
 #include "ompl_planner/obstacle_blocks.h"
 #include "ompl_planner/voxel_grid.h"
 
@@ -42,7 +43,8 @@ VoxelGrid applyPolicy(const VoxelGrid& map, UnknownSpace policy, const fv_robot_
 struct CollisionBody {
   fv_robot_model::Shape shape;
   std::shared_ptr<const fcl::CollisionGeometryd> geometry;
-  Eigen::AlignedBox3d bounds;  ///< Shape frame [m].
+  Eigen::AlignedBox3d bounds;                ///< Shape frame [m].
+  std::shared_ptr<const HullFaces> faces{};  ///< Of a hull that is asked often; else null.
 };
 
 /// Links that a group moves, with their shapes padded; those without shapes are left out.
@@ -103,6 +105,9 @@ class WorldCollision {
   std::optional<WorldContact> linkContact(int link, const std::vector<CollisionBody>& bodies,
                                           const Eigen::Isometry3d& T_map_link,
                                           std::vector<std::size_t>* all_voxels) const;
+  enum class Touch { No, Yes, Unsure };
+  static Touch quickTouch(const CollisionBody& body, const Placement& at, const Eigen::Vector3d& p_map,
+                          const Eigen::Vector3d& half_edges);
   bool meets(const CollisionBody& body, const Placement& at, const VoxelIndex& index) const;
   bool forgiven(int link, const Eigen::Isometry3d& T_map_link, const VoxelIndex& index) const;
   std::vector<CollisionBody> shrunkenBodies(int link, double depth_m) const;

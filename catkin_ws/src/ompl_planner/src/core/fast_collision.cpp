@@ -39,11 +39,14 @@ LinkCovers::LinkCovers(const RobotModel& model, const fv_robot_model::Group& gro
     : padding_(padding_m) {
   for (const int index : group.moved_links) {
     if (model.shapes(index).empty()) continue;
-    Link link{index, {}, {}};
+    Link link{index, {}, {}, {}};
     for (const Shape& shape : model.shapes(index)) {
       const Shape grown = padding_m > 0.0 ? fv_robot_model::padded(shape, padding_m) : shape;
       for (const auto& sphere : fv_robot_model::sphereCover(grown, options.max_radius_m)) {
         link.balls.push_back({sphere.center, sphere.radius, insideShapes(model, index, sphere.center)});
+      }
+      for (const auto& sphere : fv_robot_model::sphereCover(grown, options.fine_radius_m)) {
+        link.fine.push_back({sphere.center, sphere.radius, false});
       }
     }
     link.whole = enclosing(link.balls);
@@ -106,7 +109,7 @@ double FastCollision::clearance(const fv_robot_model::LinkPoses& poses, double c
   for (const auto& link : covers_->links()) {
     const Eigen::Isometry3d T_map_link = T_map_root_ * poses[static_cast<std::size_t>(link.index)];
     if (field_->lowerBound(T_map_link * link.whole.center) - link.whole.radius >= least) continue;
-    for (const auto& ball : link.balls) {
+    for (const auto& ball : link.fine) {
       least = std::min(least, field_->lowerBound(T_map_link * ball.center) - ball.radius);
     }
   }

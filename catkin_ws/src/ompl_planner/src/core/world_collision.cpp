@@ -17,7 +17,7 @@ constexpr double kAllowanceSlack = 0.001;  // [m] else rounding decides whether 
 constexpr double kRemainingShare = 0.1;    // of a shape's size, however much it is shrunk
 
 CollisionBody makeBody(const Shape& shape) {
-  return {shape, fv_robot_model::fclGeometry(shape), fv_robot_model::boundingBox(shape)};
+  return {shape, fv_robot_model::fclGeometry(shape), fv_robot_model::boundingBox(shape), nullptr};
 }
 
 double shrunkenRadius(double radius, double depth) {
@@ -112,7 +112,9 @@ std::shared_ptr<const LinkBodies> paddedBodies(const fv_robot_model::RobotModel&
   auto bodies = std::make_shared<LinkBodies>();
   for (const int link : group.moved_links) {
     for (const Shape& shape : model.shapes(link)) {
-      (*bodies)[link].push_back(makeBody(padding_m > 0.0 ? fv_robot_model::padded(shape, padding_m) : shape));
+      CollisionBody body = makeBody(padding_m > 0.0 ? fv_robot_model::padded(shape, padding_m) : shape);
+      if (shape.kind == Shape::Kind::Convex) body.faces = std::make_shared<const HullFaces>(body.shape);
+      (*bodies)[link].push_back(std::move(body));
     }
   }
   return bodies;
@@ -230,19 +232,34 @@ bool WorldCollision::visitObstacles(const CollisionBody& body, const Placement& 
   return blocks_->visitBlocked(low, high, [&](const VoxelIndex& first, const VoxelIndex& last) {
     const Eigen::Vector3d p_first = grid_->centerOf(first);
     const Eigen::Vector3d p_last = grid_->centerOf(last);
-    const double reach = 0.5 * (p_last - p_first).norm() + 0.5 * std::sqrt(3.0) * grid_->resolution();
-    const Eigen::Vector3d center = at.T_shape_map * (0.5 * (p_first + p_last));
-    return !fv_robot_model::isWithin(body.shape, center, reach) || visitBox(first, last);
+    const Eigen::Vector3d half = (0.5 * (p_last - p_first)).array() + 0.5 * grid_->resolution();
+    return quickTouch(body, at, 0.5 * (p_first + p_last), half) == Touch::No || visitBox(first, last);
   });
+}
+
+/// Does the body meet a box of the map's axes, as far as that is cheap to tell? Hulls: their furthest face as
+/// separating plane, and its point below the box's middle. Others: the box's inner and outer balls.
+WorldCollision::Touch WorldCollision::quickTouch(const CollisionBody& body, const Placement& at,
+                                                 const Eigen::Vector3d& p_map,
+                                                 const Eigen::Vector3d& half_edges) {
+  const Eigen::Vector3d p_shape = at.T_shape_map * p_map;
+  if (!body.faces) {
+    if (!fv_robot_model::isWithin(body.shape, p_shape, half_edges.norm())) return Touch::No;
+    return fv_robot_model::isWithin(body.shape, p_shape, half_edges.minCoeff()) ? Touch::Yes : Touch::Unsure;
+  }
+  const Eigen::Vector3d beside = (p_shape - body.bounds.center()).cwiseAbs() - 0.5 * body.bounds.sizes();
+  if (beside.maxCoeff() > half_edges.norm()) return Touch::No;
+  const auto [height, normal] = body.faces->furthest(p_shape);
+  if (height <= 0.0) return Touch::Yes;
+  if (height > half_edges.dot((at.T_map_shape.linear() * normal).cwiseAbs())) return Touch::No;
+  const bool near = height <= half_edges.minCoeff();
+  return near && body.faces->furthest(p_shape - height * normal).height <= 0.0 ? Touch::Yes : Touch::Unsure;
 }
 
 bool WorldCollision::meets(const CollisionBody& body, const Placement& at, const VoxelIndex& index) const {
   const Eigen::Vector3d center = grid_->centerOf(index);
-  const double half = 0.5 * grid_->resolution();
-  // The voxel's inner and outer balls decide most cases.
-  const Eigen::Vector3d p_shape = at.T_shape_map * center;
-  if (!fv_robot_model::isWithin(body.shape, p_shape, half * std::sqrt(3.0))) return false;
-  if (fv_robot_model::isWithin(body.shape, p_shape, half)) return true;
+  const Touch touch = quickTouch(body, at, center, Eigen::Vector3d::Constant(0.5 * grid_->resolution()));
+  if (touch != Touch::Unsure) return touch == Touch::Yes;
   Eigen::Isometry3d T_map_voxel = Eigen::Isometry3d::Identity();
   T_map_voxel.translation() = center;
   fcl::CollisionRequestd request;
