@@ -40,11 +40,12 @@ def opened(stage, tmp_path):
         cameras.append(Camera(ScreenshotConfig(config=str(CONFIGS / name), width=960, height=720)))
         return take
 
-    def take(show="*"):
-        order = {"grab": str(tmp_path / "a.png"), "show": [show], "hide": ["*"]}
-        reply = cameras[-1].take(order)
+    def take(show="*", expect=None):
+        order = {"grab": str(tmp_path / "a.png"), "show": [show], "hide": ["*"], "settle_s": 20.0}
+        reply = cameras[-1].take({**order, "expect": stage.expected() + (expect or [])})
         picture = Picture.open(order["grab"]).convert("RGB")
         assert reply["errors"] == []
+        assert reply["absent"] == []
         assert compose.faults(picture, {}) == []
         return picture
 
@@ -78,6 +79,7 @@ def test_capability_opens_on_the_real_node(stage, opened, tmp_path):
     stage.run("capability_map", "capability_node", f"_map:={out}")
     stage.wait_for("/capability_map/spheres")
     take = opened("capability.rviz")
-    alone, everything = take("Robot"), take()
+    markers = [f"/capability_map/{name}" for name in ("spheres", "index_cuts", "shapes")]
+    alone, everything = take("Robot"), take(expect=markers)
     difference = np.abs(np.asarray(everything, dtype=int) - np.asarray(alone, dtype=int)).max(axis=-1)
     assert (difference > 40).mean() > 0.02

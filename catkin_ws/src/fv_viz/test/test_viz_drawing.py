@@ -122,6 +122,13 @@ def test_views_show_pyramids_and_scores(evaluation):
     assert len(read(decisions.chosen_view(HEADER, msg, config))) == 5
 
 
+def test_the_chosen_view_says_which_volume_is_meant(evaluation):
+    msg = viz_synthetic.views(evaluation)
+    msg.views[0].void_gain, msg.views[0].unknown_gain = 0.618, 1.902
+    words = read(decisions.chosen_view(HEADER, msg, VizConfig()))[-1].text
+    assert words == "next: 1.9 m³ unseen, 0.62 m³ of it void"
+
+
 def test_scores_that_would_cover_each_other_are_left_out():
     line = np.column_stack([[0.0, 0.1, 0.3, 0.35, 0.9], np.zeros(5), np.zeros(5)])
     assert decisions.apart(line, 0.25, 10) == [0, 2, 4]

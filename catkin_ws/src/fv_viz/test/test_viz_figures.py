@@ -66,12 +66,22 @@ def test_a_figure_is_saved_with_what_it_shows_and_its_command(tmp_path):
 
 
 def test_the_legend_panel_lists_the_layers_that_are_shown():
-    few = legend.image_message(VizConfig(), ["free", "utility"])
-    many = legend.image_message(VizConfig(), legend.entries(VizConfig()))
+    every = set(legend.entries(VizConfig()))
+    few = legend.image_message(VizConfig(), ["free", "utility"], every)
+    many = legend.image_message(VizConfig(), every, every)
     assert few.height < many.height
     assert len(few.data) == few.step * few.height
-    green = legend.image_message(VizConfig(), ["utility"]).data
-    assert green != legend.image_message(VizConfig(utility_scale="viridis"), ["utility"]).data
+    green = legend.image_message(VizConfig(), ["utility"], every).data
+    assert green != legend.image_message(VizConfig(utility_scale="viridis"), ["utility"], every).data
+
+
+def test_the_legend_leaves_out_what_is_empty():
+    def words(layers, filled):
+        return [entry.words for entry in legend.lines(VizConfig(), layers, filled)]
+
+    assert words(["free", "contacts", "removed"], {"free"}) == words(["free", "removed"], None)
+    assert len(words(["volume"], {"volume", "clearance"})) == len(words(["volume"], {"volume"})) + 1
+    assert words(["free"], {"free", "volume", "clearance"}) == words(["free"], None)
 
 
 def test_the_slice_shows_each_class_in_its_colour():

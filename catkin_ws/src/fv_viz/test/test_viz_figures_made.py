@@ -21,7 +21,7 @@ WANTED = {
     "3.1": {"blue": 0.05},
     "3.2": {"purple": 0.01},
     "3.3": {"grey": 0.02},
-    "3.4": {"grey": 0.01, "orange": 0.005},
+    "3.4": {"grey": 0.01, "blue": 0.005},
     "3.5": {"blue": 0.005},
     "3.6": {"blue": 0.05},
     "4.1": {"grey": 0.03},
@@ -37,7 +37,7 @@ WANTED = {
 
 
 def run(*words):
-    return subprocess.run(["rosrun", *map(str, words)], capture_output=True, text=True, timeout=500)
+    return subprocess.run(["rosrun", *map(str, words)], capture_output=True, text=True, timeout=1400)
 
 
 @pytest.fixture(scope="module")

@@ -59,7 +59,7 @@ def test_a_replay_has_a_clock_and_markers(tmp_path):
     rosbag, rospy = pytest.importorskip("rosbag"), pytest.importorskip("rospy")
     evaluation = viz_synthetic.evaluation(viz_synthetic.scan(0.1, [(0.2, -0.2, 0.5, 0.1)]))
     with rosbag.Bag(str(tmp_path / recording.BAG), "w") as bag:
-        for second in range(1, 60):
+        for second in range(1, 600, 5):
             bag.write("/fv_exploration/evaluation", evaluation, rospy.Time(second))
     command = ["rosrun", "fv_viz", "replay", str(tmp_path), "--no-rviz"]
     player = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
@@ -69,10 +69,10 @@ def test_a_replay_has_a_clock_and_markers(tmp_path):
         def first(topic, field):
             echo = ["rostopic", "echo", "-n", "1", f"{topic}/{field}"]
             environment = {**os.environ, "ROS_MASTER_URI": master, "ROS_HOSTNAME": "localhost"}
-            return subprocess.run(echo, capture_output=True, text=True, timeout=40, env=environment).stdout
+            return subprocess.run(echo, capture_output=True, text=True, timeout=200, env=environment).stdout
 
         assert "secs" in first("/clock", "clock")
         assert "occupied" in first("/fv_viz/occupied", "markers[1]/ns")
     finally:
         player.send_signal(signal.SIGINT)
-        assert player.wait(20) == 130
+        assert player.wait(120) == 130

@@ -298,8 +298,12 @@ def browse(tmp_path, page_file, *words):
     ]
     command = [CHROMIUM, "--headless=new", "--no-sandbox", *graphics, "--enable-logging=stderr"]
     command += ["--window-size=1200,1400", f"--user-data-dir={tmp_path / 'profile'}"]
-    done = subprocess.run([*command, *words, page_file.as_uri()], capture_output=True, text=True, timeout=60)
-    assert "CONSOLE" not in done.stderr, done.stderr
+    done = subprocess.run([*command, *words, page_file.as_uri()], capture_output=True, text=True, timeout=300)
+    # Of a slow software renderer Chromium says so on the console; that is no complaint about the page.
+    said = [
+        line for line in done.stderr.splitlines() if "CONSOLE" in line and "GL Driver Message" not in line
+    ]
+    assert said == [], done.stderr
     return done.stdout
 
 

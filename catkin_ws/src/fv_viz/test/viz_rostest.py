@@ -41,10 +41,10 @@ class LateListeners(unittest.TestCase):
 
     def test_every_layer_arrives_whole(self):
         for name in LAYERS:
-            msg = rospy.wait_for_message(f"/fv_viz/{name}", MarkerArray, timeout=20)
+            msg = rospy.wait_for_message(f"/fv_viz/{name}", MarkerArray, timeout=120)
             self.assertEqual(msg.markers[0].action, Marker.DELETEALL, name)
             self.assertGreater(len(msg.markers), 1, name)
-        self.assertGreater(rospy.wait_for_message("/fv_viz/void", PointCloud2, timeout=20).width, 10)
+        self.assertGreater(rospy.wait_for_message("/fv_viz/void", PointCloud2, timeout=120).width, 10)
 
 
 @unittest.skipUnless(shutil.which("Xvfb"), "no Xvfb")
@@ -63,15 +63,15 @@ class Pictures(unittest.TestCase):
             "_width:=640",
             "_height:=480",
         ]
-        command += ["_height:=480", "_timeout_s:=15.0"]
+        command += ["_height:=480", "_timeout_s:=20.0"]
         cls.node = subprocess.Popen(command, env=environment)
-        rospy.wait_for_service("/fv_viz/screenshot", timeout=90)
+        rospy.wait_for_service("/fv_viz/screenshot", timeout=240)
         cls.take = rospy.ServiceProxy("/fv_viz/screenshot", Screenshot)
 
     @classmethod
     def tearDownClass(cls):
         cls.node.terminate()
-        cls.node.wait(20)
+        cls.node.wait(60)
         cls.folder.cleanup()
 
     def test_a_picture_shows_the_scene_and_no_display_complains(self):

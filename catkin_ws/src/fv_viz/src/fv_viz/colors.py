@@ -16,7 +16,7 @@ CLASSES: dict[str, tuple[tuple[int, int, int], str]] = {
     "void": ((230, 159, 0), "void: unknown inside the hull"),
     "initial_ellipsoids": ((150, 120, 190), "void ellipsoids before merging"),
     "ellipsoids": ((120, 60, 160), "void clusters as ellipsoids"),
-    "views": ((0, 90, 200), "candidate views of the camera"),
+    "views": ((0, 90, 200), "candidate views (numbers: rank, score)"),
     "chosen_view": ((200, 0, 120), "the view that is taken next"),
     "path": ((200, 0, 120), "path of the camera"),
     "start": ((90, 180, 60), "robot at the start of the path"),

@@ -60,7 +60,7 @@ def chosen_view(header: Header, msg, config: VizConfig) -> list[bytes]:
     edges = shapes.pyramid_edges(pyramid, positions, matrices)[0]
     faces = shapes.marker(header, "chosen_view/cone", Marker.TRIANGLE_LIST, color, 0.25)
     sight = np.vstack([positions[0], positions[0] + matrices[0][:, 2] * (msg.max_range or 1.0)])
-    words = f"next: {view.void_gain:.2g} m³"
+    words = f"next: {expectation(view)}"
     at = positions[0] + np.array([0.0, 0.0, 2.0 * config.view_size_m])
     return [
         *out,
@@ -69,6 +69,14 @@ def chosen_view(header: Header, msg, config: VizConfig) -> list[bytes]:
         shapes.lines(header, "chosen_view/sight", sight, color, width / 3),
         shapes.text(header, "chosen_view/text", at, words, 0.8 * config.view_size_m, color),
     ]
+
+
+def expectation(view) -> str:
+    """What a view is expected to show, in words: the volume that is unseen yet, and how much of it is void.
+
+    Neither is what the explorer goes by: that weighs the two, and trusts some views less.
+    """
+    return f"{view.unknown_gain:.2g} m³ unseen, {view.void_gain:.2g} m³ of it void"
 
 
 def path(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Set
 
 import numpy as np
 from PIL import Image as Picture
@@ -15,6 +15,8 @@ from fv_viz.config import VizConfig
 
 INK = (25, 25, 30)
 PAPER = (250, 250, 250)
+PARTS = {"clearance": "volume"}  # what has a line of its own and belongs to a layer
+ALWAYS = {"removed"}  # comes from elsewhere: nobody here knows whether it is empty
 SWATCH = 34  # [px] width of a colour sample
 
 
@@ -28,7 +30,7 @@ class Entry:
 
 
 def entries(config: VizConfig) -> dict[str, list[Entry]]:
-    """Legend lines of each layer, in the order in which they are listed."""
+    """Legend lines by name, in the order in which they are listed: one name for each layer, and those of PARTS."""
 
     def one(name: str, kind: str = "fill") -> Entry:
         return Entry(kind, colors.rgb(name)[None], colors.CLASSES[name][1])
@@ -53,7 +55,8 @@ def entries(config: VizConfig) -> dict[str, list[Entry]]:
         "views": [one("views", "frame")],
         "chosen_view": [one("chosen_view", "frame")],
         "path": [one("path", "frame"), one("start"), one("goal")],
-        "volume": [one("bounds", "frame"), one("clearance")],
+        "volume": [one("bounds", "frame")],
+        "clearance": [one("clearance")],
         "contacts": [one("contacts")],
         "removed": [one("removed", "dots")],
     }
@@ -98,10 +101,17 @@ def framed(picture: Picture.Image, title: str, facts: Iterable[str], lines: list
     return out
 
 
-def image_message(config: VizConfig, layers: Iterable[str]) -> Image:
+def lines(config: VizConfig, layers: Iterable[str], filled: Set[str] | None) -> list[Entry]:
+    """Legend lines of the layers that are switched on and not empty; filled: see presence, None when nobody knows."""
+    on = set(layers)
+    on |= {part for part, layer in PARTS.items() if layer in on}
+    shown = on if filled is None else on & (filled | ALWAYS)
+    return [entry for name, group in entries(config).items() if name in shown for entry in group]
+
+
+def image_message(config: VizConfig, layers: Iterable[str], filled: Set[str]) -> Image:
     """The legend of some layers as an image message for an RViz panel."""
-    known = entries(config)
-    picture = draw([entry for name in known if name in set(layers) for entry in known[name]], 420, 1)
+    picture = draw(lines(config, layers, filled), 420, 1)
     return Image(
         height=picture.height,
         width=picture.width,

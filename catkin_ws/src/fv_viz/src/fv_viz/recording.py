@@ -10,6 +10,7 @@ import sys
 import time
 from pathlib import Path
 
+import rosgraph
 import rospkg
 import rospy
 from std_msgs.msg import String
@@ -121,13 +122,22 @@ def _play(session: Session, bag: Path, description: str, options: argparse.Names
     elif not options.no_rviz:
         print("no DISPLAY: playing without RViz", file=sys.stderr)
     print(f"playing {bag}; ROS_MASTER_URI={os.environ['ROS_MASTER_URI']}", flush=True)
-    time.sleep(3.0)
+    _wait_for_listener("/fv_exploration/evaluation")
     command = ("rosbag", "play", "--quiet", "--clock", "--rate", str(options.rate), str(bag))
     code = session.rosrun(*command).wait()
     if rviz is not None and code == 0:
         print("the recording is over; close RViz to end")
         rviz.wait()
     return code
+
+
+def _wait_for_listener(topic: str, timeout_s: float = 120.0) -> None:
+    """Wait until a node listens to a topic; raises RuntimeError when none does."""
+    master, deadline = rosgraph.Master("/fv_replay"), time.monotonic() + timeout_s
+    while not any(name == topic for name, _ in master.getSystemState()[1]):
+        if time.monotonic() > deadline:
+            raise RuntimeError(f"nobody listens to {topic} within {timeout_s:g} s")
+        time.sleep(0.1)
 
 
 def mcap_main(arguments: list[str] | None = None) -> int:

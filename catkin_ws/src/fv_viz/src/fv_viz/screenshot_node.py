@@ -15,11 +15,12 @@ import rospy
 from fv_msgs.msg import ExplorationVolume, Views
 from fv_msgs.srv import Screenshot, ScreenshotRequest, ScreenshotResponse
 from PIL import Image as Picture
-from std_msgs.msg import UInt64
+from std_msgs.msg import String
 
 from fv_viz import decisions, framing, legend
 from fv_viz.config import ScreenshotConfig, VizConfig
 from fv_viz.offscreen.camera import Camera
+from fv_viz.presence import State
 from hubo_description.schema import from_mapping
 
 
@@ -36,11 +37,11 @@ class ScreenshotNode:
         self._config = config
         self._camera = Camera(config)
         self._lock = threading.Lock()
-        self._drawn = 0
+        self._state: State | None = None  # None: no marker node has said anything yet
         self._views: Views | None = None
         self._volume: ExplorationVolume | None = None
         self._subscribers = [
-            rospy.Subscriber("/fv_viz/drawn", UInt64, self._on_drawn, queue_size=1),
+            rospy.Subscriber("/fv_viz/state", String, self._on_state, queue_size=1),
             rospy.Subscriber("/fv_exploration/views", Views, self._on_views, queue_size=1),
             rospy.Subscriber("/fv_exploration/volume", ExplorationVolume, self._on_volume, queue_size=1),
         ]
@@ -58,8 +59,8 @@ class ScreenshotNode:
         except RuntimeError as error:
             rospy.logwarn("%s; the first picture tries again", error)
 
-    def _on_drawn(self, msg: UInt64) -> None:
-        self._drawn = msg.data
+    def _on_state(self, msg: String) -> None:
+        self._state = State.from_text(msg.data)
 
     def _on_views(self, msg: Views) -> None:
         self._views = msg
@@ -83,7 +84,7 @@ class ScreenshotNode:
         views = self._views
         facts = [f"{len(views.views)} candidates"]
         if 0 <= views.chosen < len(views.views):
-            facts.append(f"the chosen one expects {views.views[views.chosen].void_gain:.3f} m³ of void")
+            facts.append(f"the chosen one expects {decisions.expectation(views.views[views.chosen])}")
         return f"View {views.view_number}", facts
 
     def _serve(self, request: ScreenshotRequest) -> ScreenshotResponse:
@@ -103,23 +104,36 @@ class ScreenshotNode:
         self._wait_for_map(request.map_sequence)
         with tempfile.TemporaryDirectory() as folder:
             raw = os.path.join(folder, "raw.png")
-            order = {"grab": raw, "preset": request.preset, "camera": self._look(request)}
+            expect = self._state.topics() if self._state else []
+            order = {"grab": raw, "preset": request.preset, "camera": self._look(request), "expect": expect}
             reply = self._camera.take({**order, "show": list(request.show), "hide": list(request.hide)})
+            for line in reply["absent"]:
+                rospy.logwarn("the picture lacks a layer: %s", line)
             layers = [] if request.no_legend else [t.rsplit("/", 1)[-1] for t in reply["topics"]]
             marking = from_mapping(VizConfig, rospy.get_param("/fv_viz", {}), "parameters of /fv_viz")
-            entries = legend.entries(marking)
-            lines = [line for name, group in entries.items() if name in layers for line in group]
+            lines = legend.lines(marking, layers, self._state.filled if self._state else None)
             picture = legend.framed(Picture.open(raw).convert("RGB"), *self._heading(request), lines)
         picture.save(path, "PNG")
         return reply, str(path)
 
     def _wait_for_map(self, sequence: int) -> None:
-        """Wait for the markers of a map; draws what there is after the time, and says so."""
-        deadline = time.monotonic() + self._config.settle_s
-        while self._drawn < sequence and time.monotonic() < deadline and not rospy.is_shutdown():
+        """Wait for the markers of a map and of the newest decision; after the time a picture shows what there is."""
+        started = time.monotonic()
+        while not self._is_drawn(sequence) and not rospy.is_shutdown():
+            # A marker node that has never said anything is probably not there.
+            limit_s = self._config.settle_s if self._state is None else self._config.timeout_s
+            if time.monotonic() > started + limit_s:
+                rospy.logwarn(
+                    "the picture shows %s, not map %d as asked", self._state or "no markers", sequence
+                )
+                return
             time.sleep(0.05)
-        if self._drawn < sequence:
-            rospy.logwarn("the picture shows map %d, not %d as asked", self._drawn, sequence)
+
+    def _is_drawn(self, sequence: int) -> bool:
+        views_ns = self._views.header.stamp.to_nsec() if self._views else 0
+        if self._state is None:
+            return sequence == 0
+        return self._state.map_sequence >= sequence and self._state.views_ns >= views_ns
 
 
 def main() -> int:

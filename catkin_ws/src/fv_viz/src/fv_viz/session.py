@@ -22,11 +22,9 @@ class Session:
         self._output = sys.stderr if verbose else subprocess.DEVNULL
 
     def __enter__(self) -> Session:
-        port = free_port()
-        os.environ["ROS_MASTER_URI"], os.environ["ROS_HOSTNAME"] = f"http://localhost:{port}", "localhost"
         try:
-            self.start("roscore", "-p", str(port))
-            _wait_for_master(port)
+            while not self._has_master(free_port()):
+                pass  # another program took the port between the question and roscore's start
         except BaseException:
             self.__exit__()
             raise
@@ -35,6 +33,21 @@ class Session:
     def __exit__(self, *_) -> None:
         for child in reversed(self._children):
             processes.stop(child)
+
+    def _has_master(self, port: int, timeout_s: float = 120.0) -> bool:
+        """Start a master and wait for it; False when it ended because the port was taken."""
+        os.environ["ROS_MASTER_URI"], os.environ["ROS_HOSTNAME"] = f"http://localhost:{port}", "localhost"
+        core = self.start("roscore", "-p", str(port))
+        deadline = time.monotonic() + timeout_s
+        while core.poll() is None:
+            if is_open(port):
+                return core.poll() is None
+            if time.monotonic() > deadline:
+                raise RuntimeError(f"no ROS master within {timeout_s:g} s")
+            time.sleep(0.1)
+        if not is_open(port):
+            raise RuntimeError(f"roscore ended with code {core.returncode}")
+        return False
 
     def start(self, *command: str) -> subprocess.Popen:
         """Start a program; it ends with the session at the latest."""
@@ -49,18 +62,14 @@ class Session:
         return self.start("rosrun", package, program, *arguments)
 
 
+def is_open(port: int) -> bool:
+    """Whether somebody listens on a TCP port of this machine."""
+    with socket.socket() as probe:
+        return probe.connect_ex(("localhost", port)) == 0
+
+
 def free_port() -> int:
     """A TCP port that nobody uses now."""
     with socket.socket() as probe:
         probe.bind(("localhost", 0))
         return probe.getsockname()[1]
-
-
-def _wait_for_master(port: int, timeout_s: float = 20.0) -> None:
-    deadline = time.monotonic() + timeout_s
-    while time.monotonic() < deadline:
-        with socket.socket() as probe:
-            if probe.connect_ex(("localhost", port)) == 0:
-                return
-        time.sleep(0.1)
-    raise RuntimeError(f"no ROS master within {timeout_s:g} s")

@@ -12,10 +12,10 @@ import rospy
 from fv_msgs.msg import Contacts, Evaluation, ExplorationVolume, PlannedPath, Views
 from rospy.numpy_msg import numpy_msg
 from sensor_msgs.msg import Image, JointState, PointCloud2
-from std_msgs.msg import Header, UInt64
+from std_msgs.msg import Header, String
 from visualization_msgs.msg import MarkerArray
 
-from fv_viz import decisions, legend, packing, shapes
+from fv_viz import decisions, legend, packing, presence, shapes
 from fv_viz.config import VizConfig
 from fv_viz.evaluation import EvaluationDrawing
 from fv_viz.robot import RobotShapes
@@ -67,25 +67,24 @@ class VizNode:
         self._robot: RobotShapes | None = None
         self._due: dict[str, bool] = {}  # layer -> whole?
         self._held: dict[str, float] = {}  # layer -> resolution of the voxels that RViz holds
-        self._legend_due, self._in_legend = True, None
+        self._audience_changed, self._in_legend = True, None
         self._wake = threading.Condition()
         self._publishers = {name: self._advertise(name) for name in (*EVALUATION_LAYERS, *SOURCES)}
         self._legend = rospy.Publisher("/fv_viz/legend", Image, latch=True, queue_size=1)
-        self._drawn = rospy.Publisher("/fv_viz/drawn", UInt64, latch=True, queue_size=1)
-        self._drawn.publish(0)
+        self._state = rospy.Publisher("/fv_viz/state", String, latch=True, queue_size=1)
         self._subscribe()
 
     def spin(self) -> None:
         """Draw what is due until shutdown."""
         while not rospy.is_shutdown():
             with self._wake:
-                if not self._due and not self._legend_due:
+                if not self._due and not self._audience_changed:
                     self._wake.wait(0.5)
                 due, self._due = self._due, {}
-                legend_due, self._legend_due = self._legend_due, False
+                changed, self._audience_changed = bool(due) or self._audience_changed, False
                 messages = dict(self._messages)
-            if legend_due:
-                self._draw_legend()
+            if changed:
+                self._draw_legend(presence.filled(messages))
             if due:
                 self._draw_all(due, messages)
 
@@ -109,12 +108,14 @@ class VizNode:
         with self._wake:
             for name in names:
                 self._due[name] = whole or self._due.get(name, False)
-            self._legend_due |= whole or not names
+            self._audience_changed |= whole or not names
             self._wake.notify()
 
     def _on_evaluation(self, msg) -> None:
         self._messages["evaluation"] = msg
-        self._request(EVALUATION_LAYERS)
+        self._request(
+            (*EVALUATION_LAYERS, "views", "chosen_view", "path")
+        )  # the last three may be old news now
 
     def _on_message(self, msg, source: str) -> None:
         self._messages[source] = msg
@@ -131,12 +132,12 @@ class VizNode:
     def _on_joints(self, msg) -> None:
         self._joints.update(zip(msg.name, msg.position, strict=False))
 
-    def _draw_legend(self) -> None:
-        """The legend of the layers that somebody looks at, when they are others than before."""
-        looked_at = tuple(name for name, out in self._publishers.items() if out.get_num_connections())
-        if looked_at != self._in_legend:
-            self._in_legend = looked_at
-            self._legend.publish(legend.image_message(self._config, (*looked_at, "removed")))
+    def _draw_legend(self, filled: set[str]) -> None:
+        """The legend of what somebody looks at and is not empty, when it is other than before."""
+        looked_at = {name for name, out in self._publishers.items() if out.get_num_connections()}
+        if (looked_at, filled) != self._in_legend:
+            self._in_legend = looked_at, filled
+            self._legend.publish(legend.image_message(self._config, {*looked_at, "removed"}, filled))
 
     def _draw_all(self, due: dict[str, bool], messages: dict[str, object]) -> None:
         started = time.monotonic()
@@ -144,17 +145,18 @@ class VizNode:
             source = SOURCES.get(name, "evaluation")
             if source in messages and self._publishers[name].get_num_connections():
                 try:
-                    self._draw(name, messages[source], whole)
+                    stale = presence.is_stale(messages, source)
+                    self._draw(name, messages[source], whole, stale)
                 except (ValueError, IndexError) as error:
                     rospy.logerr("layer %s not drawn: %s", name, error)
-        evaluation = messages.get("evaluation")
-        if evaluation is not None:
-            self._drawn.publish(int(evaluation.map_sequence))
+        self._state.publish(presence.State.of(messages).to_text())
         rospy.logdebug("%d layers in %.3f s", len(due), time.monotonic() - started)
 
-    def _draw(self, name: str, msg, whole: bool) -> None:
+    def _draw(self, name: str, msg, whole: bool, stale: bool) -> None:
         header = Header(frame_id=msg.header.frame_id or "world")
-        if name in EVALUATION_LAYERS:
+        if stale:
+            out = [shapes.clear(header)]
+        elif name in EVALUATION_LAYERS:
             whole = whole or self._held.get(name) != msg.resolution
             out = getattr(self._drawing, name)(header, msg, whole)
             self._held[name] = msg.resolution

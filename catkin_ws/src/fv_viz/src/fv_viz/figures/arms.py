@@ -21,7 +21,7 @@ def figure_3_3(m: Material) -> Figure:
     eye = _around(m, rows, -1.2, 0.25)
     panel = _taken(m, "Spheres as spikes", _spikes(s, rows), eye, robot=True)
     shows = f"two rows of reachability spheres ({len(rows)}), coloured by their reachability index"
-    return Figure([("two rows of spheres", panel)], shows, s.made_by, index_scale(), {"green": 0.002})
+    return Figure([("two rows of spheres", panel)], shows, s.made_by, index_scale(s), {"blue": 0.002})
 
 
 def figure_3_4(m: Material) -> Figure:
@@ -37,8 +37,8 @@ def figure_3_4(m: Material) -> Figure:
         rgba = np.column_stack([s.colors()[rows], np.ones(len(rows))])
         blob = packing.pack_marker(balls, s.cap.centres[rows], rgba)
         panels.append((words, _taken(m, "Index cuts", [blob], _around(m, rows, yaw, pitch), robot=True)))
-    shows = "reachability index in two cuts of the arm's workspace, dark red: reachable from everywhere"
-    return Figure(panels, shows, s.made_by, index_scale(), {"green": 0.005, "orange": 0.005})
+    shows = "reachability index in two cuts of the arm's workspace, dark: reachable from many directions"
+    return Figure(panels, shows, s.made_by, index_scale(s), {"green": 0.003, "blue": 0.005})
 
 
 def figure_3_5(m: Material) -> Figure:
@@ -51,7 +51,7 @@ def figure_3_5(m: Material) -> Figure:
         if len(rows):
             panels.append(_structure(m, s, int(rows[np.argmin(errors[rows])]), kind))
     shows = "reachability spheres of the map, one that each structure fits best, with axis and opening angle"
-    return Figure(panels, shows, s.made_by, index_scale(), {"blue": 0.01})
+    return Figure(panels, shows, s.made_by, index_scale(s), {"blue": 0.01})
 
 
 def figure_4_1(m: Material) -> Figure:
@@ -82,7 +82,7 @@ def figure_5_6(m: Material) -> Figure:
         ("alone", _taken(m, "Spheres as spikes", blobs, _around(m, rows, -1.2, 0.25))),
     ]
     shows = "the twelve spheres nearest to the shoulder of at least 20 %: their spikes lie together in fans and cones"
-    return Figure(panels, shows, s.made_by, index_scale(), {"green": 0.002})
+    return Figure(panels, shows, s.made_by, index_scale(s), {"blue": 0.002})
 
 
 def figure_5_8(m: Material) -> Figure:

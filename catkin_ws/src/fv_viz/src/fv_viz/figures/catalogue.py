@@ -33,7 +33,7 @@ CAPTIONS = {
     ),
     "3.3": Caption(
         "two rows of reachability spheres as spikes, coloured by reachability index",
-        f"{_ARM}; light green to dark red instead of the thesis's colours",
+        f"{_ARM}; light yellow to dark violet instead of the thesis's colours",
     ),
     "3.4": Caption("reachability index across the workspace, in two cuts", f"{_ARM}; other colours"),
     "3.5": Caption(

@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 from fv_msgs.msg import Evaluation
 
-from fv_viz import colors, framing, legend
+from fv_viz import framing, legend
 from fv_viz.config import VizConfig
 from fv_viz.evaluation import triples
 from fv_viz.figures import plans, sources
@@ -77,7 +77,7 @@ def lines(*names: str) -> list[legend.Entry]:
     return [entry for name in names for entry in _ENTRIES[name]]
 
 
-def index_scale() -> list[legend.Entry]:
+def index_scale(spheres: sources.Spheres) -> list[legend.Entry]:
     """The legend line of the reachability index."""
-    steps = colors.scale(sources.INDEX_SCALE, np.linspace(0.0, 1.0, 24))
-    return [legend.Entry("scale", steps, "reachability index, 0 to 100 %")]
+    steps, largest = spheres.scale()
+    return [legend.Entry("scale", steps, f"reachability index, 0 to {largest:.0f} %")]

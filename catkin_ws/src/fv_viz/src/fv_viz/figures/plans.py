@@ -12,7 +12,7 @@ from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
 from fv_viz.figures import sources
-from fv_viz.figures.stage import FRAME, Stage
+from fv_viz.figures.stage import FRAME, PATIENCE_S, Stage
 from fv_viz.robot import RobotShapes, pose_message
 
 GOAL = "home"  # named pose that the plan ends in
@@ -21,7 +21,7 @@ GOAL = "home"  # named pose that the plan ends in
 def bring_robot(stage: Stage, robot: str) -> dict[str, float]:
     """Upload the robot, place it in the world and show its start pose; returns its joint positions."""
     positions = sources.start_positions(robot)
-    code = stage.run("hubo_description", "upload_robot", "--robot", robot).wait(30)
+    code = stage.run("hubo_description", "upload_robot", "--robot", robot).wait()
     if code != 0:
         raise sources.NoData(f"upload_robot ended with code {code}")
     place = TransformStamped(
@@ -66,15 +66,15 @@ def planned_path(stage: Stage, robot: str, positions: dict[str, float]) -> tuple
     """A plan from the start pose to a named one; raises NoData when the planner does not answer with one."""
     stage.run("ompl_planner", "planner_node")
     client = actionlib.SimpleActionClient("/ompl_planner/plan", PlanMotionAction)
-    if not client.wait_for_server(rospy.Duration(15.0)):
+    if not client.wait_for_server(rospy.Duration(PATIENCE_S)):
         raise sources.NoData("the planner does not come up")
     goal = PlanMotionGoal(group="right_arm", goal_type=PlanMotionGoal.GOAL_NAMED, goal_name=GOAL, seed=1)
     goal.unknown_space, goal.min_map_sequence = PlanMotionGoal.UNKNOWN_IS_FREE, 1
     goal.start = JointState(name=list(positions), position=list(positions.values()))
     stage.publish("/fv_exploration/map", _empty_map())
     client.send_goal(goal)
-    if not client.wait_for_result(rospy.Duration(30.0)):
-        raise sources.NoData("the planner did not answer within 30 s")
+    if not client.wait_for_result(rospy.Duration(PATIENCE_S)):
+        raise sources.NoData(f"the planner did not answer within {PATIENCE_S:g} s")
     result = client.get_result()
     if result is None or not result.trajectory.points:
         raise sources.NoData(f"no plan: {result.message if result else 'the planner died'}")

@@ -13,8 +13,6 @@ from fv_msgs.msg import Box, Evaluation, ExplorationVolume
 from geometry_msgs.msg import Point
 from std_msgs.msg import Header
 
-from fv_viz import colors
-
 if TYPE_CHECKING:
     from capability_map import CapabilityMap
 
@@ -155,9 +153,6 @@ def _message(grid, evaluator) -> Evaluation:
     return msg
 
 
-INDEX_SCALE = (
-    "green_red"  # of the reachability index: red is reachable from everywhere, as in the thesis (3.3)
-)
 KINDS = {1: "cone", 2: "double cone", 3: "ring"}  # as capability_map numbers them; 0: no valid point
 
 
@@ -174,8 +169,17 @@ class Spheres:
         return self.cap.data.reach_center_m
 
     def colors(self) -> np.ndarray:
-        """Colours (S, 3) of all spheres by their reachability index."""
-        return colors.scale(INDEX_SCALE, self.cap.index() / 100.0)
+        """Colours (S, 3) of all spheres by their reachability index, as capability_map shows it everywhere."""
+        from capability_map import geometry
+
+        return geometry.index_colors(self.cap.index())[:, :3]
+
+    def scale(self) -> tuple[np.ndarray, float]:
+        """Colours (K, 3) of the index from 0 to its largest value, and that value [%]."""
+        from capability_map import geometry
+
+        largest = float(self.cap.index().max(initial=0.0))
+        return geometry.index_colors(np.linspace(0.0, largest, 24))[:, :3], largest
 
     def fitted(self, what: str) -> np.ndarray:
         """What was fitted to each sphere (S, ...): type, axis, opening_rad or error_percent.

@@ -6,6 +6,7 @@ import os
 import subprocess
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import rospkg
@@ -13,16 +14,19 @@ import rospy
 from fv_msgs.msg import Evaluation, ExplorationVolume, PlannedPath
 from PIL import Image as Picture
 from sensor_msgs.msg import JointState, PointCloud2
-from std_msgs.msg import Header, UInt64
+from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from fv_viz import packing, shapes
 from fv_viz.config import ScreenshotConfig
 from fv_viz.offscreen.camera import Camera
+from fv_viz.presence import State
 from fv_viz.session import Session
 
 FRAME = Header(frame_id="world")
+PATIENCE_S = 120.0  # for a node to do what it was told: only a node that is dead needs as long
+SETTLE_S = 20.0  # for a picture to come to rest; as short as it can be where nothing is late
 # Of the marker node: solid frontiers and a visible skin of free space on paper, every void voxel, and the roof too.
 SETTINGS = {"frontier_alpha": 1.0, "free_alpha": 0.45, "max_dots": 200_000, "ghosts": 6, "roof_m": 0.0}
 
@@ -38,7 +42,8 @@ class Stage:
         self._session = Session(verbose="FV_FIGURES_VERBOSE" in os.environ)
         self._publishers: dict[str, rospy.Publisher] = {}
         self._folder = tempfile.TemporaryDirectory()
-        self._drawn = self._sequence = 0
+        self._sequence, self._state = 0, State()
+        self._others: dict[str, bool] = {}  # topic that is not the marker node's -> something is shown on it
         self._joint_timer: rospy.Timer | None = None
         self.errors: list[str] = []
 
@@ -67,14 +72,14 @@ class Stage:
         """Start a node of this stage."""
         return self._session.rosrun(package, program, *arguments)
 
-    def wait_for(self, topic: str, timeout_s: float = 20.0) -> None:
+    def wait_for(self, topic: str, timeout_s: float = PATIENCE_S) -> None:
         """Wait until a node publishes markers on a topic. Raises RuntimeError when none does."""
         try:
             rospy.wait_for_message(topic, MarkerArray, timeout=timeout_s)
         except rospy.ROSException as error:
             raise RuntimeError(f"no markers on {topic} within {timeout_s:g} s") from error
 
-    def wait_for_frames(self, timeout_s: float = 20.0) -> None:
+    def wait_for_frames(self, timeout_s: float = PATIENCE_S) -> None:
         """Wait until the robot's moving frames are published: RViz drops markers that come before their frame.
 
         Raises RuntimeError when they are not.
@@ -89,19 +94,17 @@ class Stage:
         self._sequence += 1
         msg.map_sequence = self._sequence
         self.publish("/fv_exploration/evaluation", msg)
-        deadline = time.monotonic() + 20.0
-        while self._drawn != self._sequence and time.monotonic() < deadline:
-            time.sleep(0.02)
-        if self._drawn != self._sequence:
-            raise RuntimeError("the marker node does not draw")
+        self._wait_until(lambda: self._state.map_sequence == self._sequence, "a map")
 
     def volume(self, msg: ExplorationVolume) -> None:
         """Set the exploration volume."""
         self.publish("/fv_exploration/volume", msg)
+        self._wait_until(lambda: "volume" in self._state.filled, "the exploration volume")
 
     def path(self, msg: PlannedPath) -> None:
         """Show a planned path."""
         self.publish("/ompl_planner/path", msg)
+        self._wait_until(lambda: "path" in self._state.filled, "a path")
 
     def joints(self, positions: dict[str, float]) -> None:
         """Move the robot of the robot model; robot_state_publisher turns it into frames, again and again."""
@@ -118,6 +121,7 @@ class Stage:
     def cloud(self, msg: PointCloud2) -> None:
         """Show a cloud of points."""
         self.publish("/fv_viz/figure_cloud", msg)
+        self._others["/fv_viz/figure_cloud"] = msg.width > 0
 
     def publish(self, topic: str, msg) -> None:
         """Publish a message, latched."""
@@ -126,14 +130,18 @@ class Stage:
     def draw(self, blobs: list[bytes], topic: str = "/fv_viz/figure") -> None:
         """Show serialised markers and nothing else on a topic."""
         self._publisher(topic, MarkerArray).publish(packing.PackedMarkers([shapes.clear(FRAME), *blobs]))
+        self._others[topic] = bool(blobs)
+
+    def expected(self) -> list[str]:
+        """Topics on which RViz must have got something before a picture is taken."""
+        return self._state.topics() + [topic for topic, is_filled in self._others.items() if is_filled]
 
     def take(self, show: list[str], camera: list[float]) -> Picture.Image:
         """A picture with only these displays, from a camera as in fv_msgs/Screenshot."""
         path = os.path.join(self._folder.name, "shot.png")
-        reply = self._camera.take(
-            {"grab": path, "show": show, "hide": ["*"], "camera": camera, "settle_s": 8.0}
-        )
-        self.errors += reply["errors"]
+        order = {"grab": path, "show": show, "hide": ["*"], "camera": camera, "expect": self.expected()}
+        reply = self._camera.take({**order, "settle_s": SETTLE_S})
+        self.errors += reply["errors"] + reply["absent"]
         return Picture.open(path).convert("RGB")
 
     def _open(self) -> None:
@@ -143,12 +151,20 @@ class Stage:
         rospy.init_node("figures", anonymous=True, disable_signals=True)
         rviz = Path(rospkg.RosPack().get_path("fv_viz")) / "rviz" / "figures.rviz"
         self._session.rosrun("fv_viz", "viz_node", *(f"_{name}:={value}" for name, value in SETTINGS.items()))
-        self._subscriber = rospy.Subscriber("/fv_viz/drawn", UInt64, self._on_drawn, queue_size=1)
+        self._subscriber = rospy.Subscriber("/fv_viz/state", String, self._on_state, queue_size=1)
         width, height = self._size
         self._camera = Camera(ScreenshotConfig(config=str(rviz), width=width, height=height))
 
-    def _on_drawn(self, msg: UInt64) -> None:
-        self._drawn = msg.data
+    def _on_state(self, msg: String) -> None:
+        self._state = State.from_text(msg.data)
+
+    def _wait_until(self, is_drawn: Callable[[], bool], what: str) -> None:
+        """Wait for the marker node. Raises RuntimeError when it does not draw what was published."""
+        deadline = time.monotonic() + PATIENCE_S
+        while not is_drawn():
+            if time.monotonic() > deadline:
+                raise RuntimeError(f"the marker node has not drawn {what} within {PATIENCE_S:g} s")
+            time.sleep(0.02)
 
     def _publisher(self, topic: str, kind: type) -> rospy.Publisher:
         if topic not in self._publishers:

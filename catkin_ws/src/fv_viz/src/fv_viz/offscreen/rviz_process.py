@@ -1,7 +1,8 @@
 """RViz as a program that takes orders: JSON lines in, JSON lines out. Run as a module, by RvizProcess only.
 
-Orders: {"camera": [...], "preset": str, "show": [...], "hide": [...], "settle_s": s} with "grab": file for a picture or
-"measure_s": s for the frames per second. Between orders RViz does not render, so that it costs nothing.
+Orders: {"camera": [...], "preset": str, "show": [...], "hide": [...], "expect": [topics on which something must have
+come], "settle_s": s} with "grab": file for a picture or "measure_s": s for the frames per second. Between orders RViz
+does not render, so that it costs nothing.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ import json
 import os
 import sys
 import time
+from collections.abc import Set
 
 import numpy as np
 from python_qt_binding.QtCore import QSocketNotifier
@@ -53,14 +55,16 @@ class Renderer:
         self._look(order.get("preset", ""), order.get("camera", []))
         self._wake()
         try:
-            reply = {"stable": self._settle_without_errors(float(order.get("settle_s", 5.0)))}
+            expected = frozenset(order.get("expect", []))
+            reply = {"stable": self._settle_without_errors(float(order.get("settle_s", 5.0)), expected)}
             if "grab" in order and not self._grab().save(order["grab"], "PNG"):
                 raise OSError(f"cannot write {order['grab']}")
             if "measure_s" in order:
                 reply["frames_per_s"] = self._rate(float(order["measure_s"]))
         finally:
             self._rest()
-        return {**reply, "topics": self._topics(), "errors": self._errors()}
+        absent = [f"{name}: nothing has come on {topic}" for name, topic in self._absent(expected)]
+        return {**reply, "topics": list(self._topics().values()), "errors": self._errors(), "absent": absent}
 
     def work(self, seconds: float) -> None:
         """Let Qt and RViz run for a while."""
@@ -132,29 +136,30 @@ class Renderer:
         self.work(seconds)
         return (self._manager.getFrameCount() - first) / (time.monotonic() - started)
 
-    def _settle_without_errors(self, limit_s: float) -> bool:
+    def _settle_without_errors(self, limit_s: float, expected: Set[str]) -> bool:
         """Wait until the picture rests, and start displays that show an error again while there is time.
 
         RViz drops a marker that came before its frame for good; a display that starts again gets what is latched.
         """
         deadline = time.monotonic() + limit_s
-        stable = self._settle(limit_s)
+        stable = self._settle(limit_s, expected)
         while (failing := self._failing()) and time.monotonic() < deadline:
             for display in failing:
                 display.setEnabled(False)
                 display.setEnabled(True)
-            stable = self._settle(deadline - time.monotonic())
+            stable = self._settle(deadline - time.monotonic(), expected)
         return stable
 
-    def _settle(self, limit_s: float) -> bool:
-        """Wait until the picture does not change any more; False when it still does at the limit."""
+    def _settle(self, limit_s: float, expected: Set[str]) -> bool:
+        """Wait until what is expected has come and the picture does not change any more; False at the limit."""
         deadline, before = time.monotonic() + limit_s, None
         self._frames(3, limit_s)
         while time.monotonic() < deadline:
             self.work(0.15)
             self._frames(2, limit_s)
             now = self._pixels()
-            if before is not None and before.shape == now.shape and np.mean(before != now) < 1e-4:
+            same = before is not None and before.shape == now.shape and np.mean(before != now) < 1e-4
+            if same and not self._absent(expected):
                 return True
             before = now
         return False
@@ -167,20 +172,29 @@ class Renderer:
         data = image.constBits().asarray(image.sizeInBytes())
         return np.frombuffer(data, dtype=np.uint8).copy()
 
-    def _topics(self) -> list[str]:
-        topics = []
+    def _topics(self) -> dict:
+        """Shown displays and their topics."""
+        topics = {}
         for display in self._displays():
-            children = [display.childAt(k) for k in range(display.numChildren())]
-            if display.isEnabled():
-                topics += [str(c.getValue()) for c in children if c.getName() in ("Topic", "Marker Topic")]
+            named = {child.getName(): child for child in _children(display)}
+            topic = named.get("Topic") or named.get("Marker Topic")
+            if display.isEnabled() and topic:
+                topics[display] = str(topic.getValue())
         return topics
+
+    def _absent(self, expected: Set[str]) -> list[tuple[str, str]]:
+        """Names and topics of the shown displays that have got nothing yet on a topic where something is expected."""
+        return [
+            (display.getName(), topic)
+            for display, topic in self._topics().items()
+            if topic in expected and not _has_content(display)
+        ]
 
     def _failing(self) -> dict:
         """Shown displays with an error, and their status; RViz names the status property "Status: Error" then."""
         found = {}
         for display in self._displays():
-            children = [display.childAt(k) for k in range(display.numChildren())]
-            wrong = [child for child in children if child.getName() == "Status: Error"]
+            wrong = [child for child in _children(display) if child.getName() == "Status: Error"]
             if display.isEnabled() and wrong:
                 found[display] = wrong[0]
         return found
@@ -189,10 +203,24 @@ class Renderer:
         """A line for each display with an error."""
         found = []
         for display, status in self._failing().items():
-            lines = [status.childAt(k) for k in range(status.numChildren())]
-            words = "; ".join(f"{line.getName()}: {line.getValue()}" for line in lines)
+            words = "; ".join(f"{line.getName()}: {line.getValue()}" for line in _children(status))
             found.append(f"{display.getName()}: {words}")
         return found
+
+
+def _children(node) -> list:
+    return [node.childAt(k) for k in range(node.numChildren())]
+
+
+def _has_content(display) -> bool:
+    """Whether a display has got a message: markers leave namespaces, all others count what they have received."""
+    received: list[str] = []
+    for child in _children(display):
+        if child.getName() == "Namespaces":
+            return child.numChildren() > 0
+        if child.getName().startswith("Status"):
+            received = [str(line.getValue()) for line in _children(child) if line.getName() == "Topic"]
+    return any("received" in words and not words.startswith("No ") for words in received)
 
 
 def serve(app: QApplication, renderer: Renderer, replies) -> None:

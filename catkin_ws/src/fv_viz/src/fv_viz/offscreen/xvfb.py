@@ -15,7 +15,7 @@ class Xvfb:
     Raises RuntimeError when the program is missing or does not come up in time.
     """
 
-    def __init__(self, width: int = 1920, height: int = 1400, timeout_s: float = 15.0) -> None:
+    def __init__(self, width: int = 1920, height: int = 1400, timeout_s: float = 60.0) -> None:
         program = shutil.which("Xvfb")
         if program is None:
             raise RuntimeError("no display and no Xvfb: set DISPLAY or install the package xvfb")
