@@ -17,7 +17,7 @@ QUERY = Path(_core.__file__).parents[3] / "capability_map" / "query"
 
 def ask(path, views: str = "", *options: str) -> subprocess.CompletedProcess:
     return subprocess.run(
-        [QUERY, path, *options], input=views, capture_output=True, text=True, check=False, timeout=20
+        [QUERY, path, *options], input=views, capture_output=True, text=True, check=False, timeout=300
     )
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from capability_map import CapabilityMapError, check, placement, shapes
 from capability_map._core import fit_shapes, spiral_points
-from capability_map.geometry import cut_rows, index_colors, shape_triangles, spikes
+from capability_map.geometry import cut_rows, index_colors, shape_triangles, spikes, two_rows
 
 
 def views(cap, count: int, seed: int):
@@ -221,8 +221,28 @@ def test_pictures_and_markers_share_geometry_that_fits_the_map(cap):
     assert len(triangles) == 3 * len(owners)
     away = np.linalg.norm(triangles.reshape(-1, 3, 3) - cap.centres[owners][:, None], axis=2)
     assert away.max() <= cap.radius * 1.001
-    colors = index_colors(cap.index())
-    assert ((colors >= 0) & (colors <= 1)).all()
+
+
+def test_two_rows_lie_above_each_other_at_the_shoulder(cap):
+    rows = cap.centres[two_rows(cap)]
+    assert np.abs(rows[:, 1] - cap.data.reach_center_m[1]).max() <= cap.radius * (1.0 + 1e-9)
+    assert len(np.unique(rows[:, 2].round(9))) in (
+        2,
+        3,
+        4,
+    )  # a layer on each side where the shoulder lies between two
+
+
+def test_the_colours_of_the_index_grow_darker_with_it():
+    colors = index_colors(np.linspace(0.0, 40.0, 33), alpha=0.5)
+    assert colors.shape == (33, 4)
+    assert (colors[:, 3] == 0.5).all()
+    linear = np.where(
+        colors[:, :3] <= 0.04045, colors[:, :3] / 12.92, ((colors[:, :3] + 0.055) / 1.055) ** 2.4
+    )
+    assert (np.diff(linear @ [0.2126, 0.7152, 0.0722]) < 0).all()
+    assert index_colors(np.zeros(2)).shape == (2, 4)
+    assert len(index_colors(np.zeros(0))) == 0
 
 
 def test_check_scores_count_right():

@@ -6,7 +6,7 @@ from PIL import Image as Picture
 
 from fv_viz import legend
 from fv_viz.config import VizConfig
-from fv_viz.figures import arms, command, compose, gallery, sources
+from fv_viz.figures import command, compose, gallery, sources
 from fv_viz.figures.catalogue import CAPTIONS, FIGURES
 
 
@@ -126,10 +126,3 @@ def test_a_broken_or_empty_cloud_is_no_data_in_one_line(tmp_path, content):
         sources.recorded(path, 0.05)
     with pytest.raises(sources.NoData, match="nowhere"):
         sources.recorded(tmp_path / "nowhere.pcd", 0.05)
-
-
-def test_two_rows_of_spheres_run_along_x():
-    grid = np.argwhere(np.ones((5, 5, 5))) * 0.1
-    rows = arms.near_rows(grid, np.array([0.2, 0.2, 0.2]), 0.05)
-    assert len(rows) == 10
-    assert len(np.unique(grid[rows][:, 1:], axis=0)) == 2

@@ -2,25 +2,34 @@
 
 from __future__ import annotations
 
+import matplotlib
 import numpy as np
 
 from capability_map.capability_map import CapabilityMap
 
+INDEX_SCALE = "viridis_r"  # of matplotlib: light for 0 to dark; its lightness alone keeps the order
+
 
 def index_colors(index_percent: np.ndarray, alpha: float = 1.0) -> np.ndarray:
-    """Return (S, 4) colours from red (0 %) over yellow and green to blue (the largest index given)."""
+    """Return (S, 4) colours from light (0 %) to dark (the largest index given); the same in RViz and in pictures."""
     share = np.asarray(index_percent, float) / max(1e-9, float(np.max(index_percent, initial=0.0)))
-    hue = 4.0 * np.clip(share, 0.0, 1.0)  # 0 red, 1 yellow, 2 green, 3 cyan, 4 blue
-    red = np.clip(2.0 - hue, 0.0, 1.0)
-    green = np.clip(np.minimum(hue, 4.0 - hue), 0.0, 1.0)
-    blue = np.clip(hue - 2.0, 0.0, 1.0)
-    return np.stack([red, green, blue, np.full_like(red, alpha)], axis=1)
+    rgba = matplotlib.colormaps[INDEX_SCALE](np.clip(share, 0.0, 1.0))
+    rgba[:, 3] = alpha
+    return rgba
 
 
 def cut_rows(cap: CapabilityMap, axis: int, at_m: float | None = None) -> np.ndarray:
     """Return the rows of the spheres in the layer across an axis (0 x, 1 y, 2 z) at at_m (default: shoulder)."""
     at = cap.data.reach_center_m[axis] if at_m is None else at_m
     return np.flatnonzero(np.abs(cap.centres[:, axis] - at) <= cap.radius * (1.0 + 1e-9))
+
+
+def two_rows(cap: CapabilityMap) -> np.ndarray:
+    """Return the rows of the spheres along x at the shoulder's y: at its height and a quarter arm length below."""
+    layer = cut_rows(cap, 1)
+    heights = cap.data.reach_center_m[2] - np.array([0.0, 0.25 * cap.data.arm_length_m])
+    near = [np.abs(cap.centres[layer, 2] - height) <= cap.radius * (1.0 + 1e-9) for height in heights]
+    return layer[near[0] | near[1]]
 
 
 def spikes(cap: CapabilityMap, rows: np.ndarray, length: float = 1.0) -> tuple[np.ndarray, np.ndarray]:

@@ -10,13 +10,16 @@ matplotlib.use("Agg")  # no display needed
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.ticker import MaxNLocator
-from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+from matplotlib.cm import ScalarMappable
+from matplotlib.collections import LineCollection, PatchCollection, PolyCollection
+from matplotlib.colors import Normalize
+from matplotlib.patches import Circle
 
 from capability_map import geometry
 from capability_map.capability_map import CapabilityMap
 
 _DPI = 150
+FROM_DEG = -78.0, 12.0  # azimuth and elevation of the viewer of spikes and shapes
 
 
 def draw_all(cap: CapabilityMap, folder: Path) -> list[Path]:
@@ -34,70 +37,86 @@ def draw_all(cap: CapabilityMap, folder: Path) -> list[Path]:
 
 def draw_spikes(cap: CapabilityMap) -> plt.Figure:
     """Two rows of spheres through the shoulder with a line to each valid point, coloured by reachability index."""
-    figure, axes = _space(cap, f"{cap.data.robot}/{cap.data.group}: valid points of two rows of spheres")
-    rows = _two_rows(cap)
+    rows = geometry.two_rows(cap)
     lines, owners = geometry.spikes(cap, rows)
     colors = geometry.index_colors(cap.index())
-    axes.add_collection3d(Line3DCollection(lines.reshape(-1, 2, 3), colors=colors[owners], linewidths=0.5))
-    _frame(axes, cap.centres[rows], cap.radius)
+    figure, (axes,) = _panels(cap, rows, ["valid points of two rows of spheres"])
+    segments = _projected(lines)[0].reshape(-1, 2, 2)
+    axes.add_collection(LineCollection(segments, colors=colors[owners], linewidths=1.0))
     return figure
 
 
 def draw_index(cap: CapabilityMap) -> plt.Figure:
     """Reachability index in the layers across y and across z through the shoulder."""
-    figure, both = plt.subplots(1, 2, figsize=(11, 5))
-    figure.suptitle(f"{cap.data.robot}/{cap.data.group}: reachability index D [%]")
+    figure, both = plt.subplots(1, 2, figsize=(12, 5.5), layout="constrained")
+    figure.suptitle(
+        f"{cap.data.robot}/{cap.data.group}: reachability index in two layers through the shoulder (+)"
+    )
     index = cap.index()
+    colors = geometry.index_colors(index)
     for axes, (across, right, up) in zip(both, ((1, 0, 2), (2, 0, 1)), strict=True):
         rows = geometry.cut_rows(cap, across)
-        centers = cap.centres[rows]
-        dots = axes.scatter(
-            centers[:, right], centers[:, up], c=index[rows], s=12000 * cap.radius / cap.data.arm_length_m / 4,
-            cmap="jet_r", vmin=0.0, vmax=max(1.0, float(index.max(initial=0.0))),
-        )  # fmt: skip
+        circles = [Circle(center, 0.9 * cap.radius) for center in cap.centres[rows][:, [right, up]]]
+        axes.add_collection(PatchCollection(circles, facecolors=colors[rows]))
+        axes.autoscale_view()
         axes.set(xlabel=f"{'xyz'[right]} [m]", ylabel=f"{'xyz'[up]} [m]", aspect="equal")
-        axes.plot(*cap.data.reach_center_m[[right, up]], "k+")
-        figure.colorbar(dots, ax=axes, shrink=0.8)
+        axes.plot(*cap.data.reach_center_m[[right, up]], "k+", markersize=10)
+    _colorbar(figure, both, index)
     return figure
 
 
 def draw_shapes(cap: CapabilityMap) -> plt.Figure:
     """Shapes fitted to two rows of spheres, by both rules for the opening angle."""
-    figure = plt.figure(figsize=(12, 6))
-    rows = _two_rows(cap)
-    colors = geometry.index_colors(cap.index(), 0.5)
-    for place, (rule, title) in enumerate(
-        (("cover_all", "covering all points"), ("least_error", "of least error"))
-    ):
-        axes = figure.add_subplot(1, 2, place + 1, projection="3d", title=f"opening angle {title}")
+    rows = geometry.two_rows(cap)
+    colors = geometry.index_colors(cap.index(), 0.6)
+    rules = {"cover_all": "opening angle covering all points", "least_error": "opening angle of least error"}
+    figure, panels = _panels(cap, rows, list(rules.values()))
+    for axes, rule in zip(panels, rules, strict=True):
         triangles, owners = geometry.shape_triangles(cap, rows, rule)
-        axes.add_collection3d(Poly3DCollection(triangles.reshape(-1, 3, 3), facecolors=colors[owners]))
-        _frame(axes, cap.centres[rows], cap.radius)
+        flat, nearness = _projected(triangles)
+        order = np.argsort(
+            nearness.reshape(-1, 3).mean(axis=1)
+        )  # what is nearer is drawn over what is behind it
+        pieces = flat.reshape(-1, 3, 2)[order]
+        axes.add_collection(PolyCollection(pieces, facecolors=colors[owners[order]], edgecolors="none"))
     return figure
 
 
-def _two_rows(cap: CapabilityMap) -> np.ndarray:
-    """Spheres along x through the shoulder's layers, at shoulder height and a quarter arm length below."""
-    layer = geometry.cut_rows(cap, 1)
-    heights = cap.data.reach_center_m[2] - np.array([0.0, 0.25 * cap.data.arm_length_m])
-    near = [np.abs(cap.centres[layer, 2] - height) <= cap.radius * (1.0 + 1e-9) for height in heights]
-    return layer[near[0] | near[1]]
+def _projected(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Points (N, 3) as seen from far away, nearly across the rows: (N, 2) in the picture, and their nearness (N,)."""
+    (cy, sy), (cp, sp) = ((np.cos(angle), np.sin(angle)) for angle in np.radians(FROM_DEG))
+    axes = np.array(
+        [[-sy, cy, 0.0], [-cy * sp, -sy * sp, cp], [cy * cp, sy * cp, sp]]
+    )  # right, up, to the viewer
+    seen = points @ axes.T
+    return seen[:, :2], seen[:, 2]
 
 
-def _space(cap: CapabilityMap, title: str):
-    figure = plt.figure(figsize=(8, 7))
-    return figure, figure.add_subplot(projection="3d", title=title)
+def _panels(cap: CapabilityMap, rows: np.ndarray, titles: list[str]) -> tuple[plt.Figure, list[plt.Axes]]:
+    """A figure with a panel for each title, one above the other, that the spheres of these rows fill.
+
+    A slanting view has no axes to read: a line shows 10 cm along x.
+    """
+    size = (12, 1.0 + 3.2 * len(titles))
+    figure, panels = plt.subplots(len(titles), 1, figsize=size, layout="constrained", squeeze=False)
+    panels = list(panels[:, 0])
+    centers = cap.centres[rows] if len(rows) else cap.data.reach_center_m[None]
+    low, high = centers.min(axis=0) - cap.radius, centers.max(axis=0) + cap.radius
+    corners = _projected(np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T)[0]
+    line = _projected(np.array([low, low + 0.1 * np.eye(3)[0]]) - [0.0, 0.0, 0.5 * cap.radius])[0]
+    for axes, title in zip(panels, titles, strict=True):
+        axes.set_title(f"{cap.data.robot}/{cap.data.group}: {title}")
+        axes.set_axis_off()
+        axes.set_aspect("equal")
+        axes.update_datalim(np.concatenate([corners, line]))
+        axes.plot(*line.T, color="black", linewidth=2)
+        axes.text(*line[1], " 10 cm along x", va="center")
+        axes.autoscale_view()
+    _colorbar(figure, panels, cap.index())
+    return figure, panels
 
 
-def _frame(axes, centers: np.ndarray, radius: float) -> None:
-    if len(centers) == 0:
-        return
-    low, high = centers.min(axis=0) - radius, centers.max(axis=0) + radius
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set(xlabel="x [m]", ylabel="y [m]", zlabel="z [m]")
-    axes.set_box_aspect(high - low, zoom=1.1)
-    for axis, length in zip((axes.xaxis, axes.yaxis, axes.zaxis), high - low, strict=True):
-        axis.set_major_locator(
-            MaxNLocator(1 + int(6.0 * length / (high - low).max()))
-        )  # a short axis has few ticks
-    axes.view_init(elev=12.0, azim=-78.0)  # nearly across the rows, so that they do not hide each other
+def _colorbar(figure: plt.Figure, axes, index: np.ndarray) -> None:
+    """The scale of geometry.index_colors."""
+    norm = Normalize(0.0, max(1e-9, float(index.max(initial=0.0))))
+    figure.colorbar(ScalarMappable(norm, geometry.INDEX_SCALE), ax=axes, label="reachability index [%]")

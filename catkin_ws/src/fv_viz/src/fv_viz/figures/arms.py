@@ -16,8 +16,10 @@ TOPICS = {"Spheres as spikes": "spheres", "Index cuts": "index", "Shapes": "shap
 
 def figure_3_3(m: Material) -> Figure:
     """Two rows of spheres."""
+    from capability_map import geometry
+
     s = m.spheres
-    rows = near_rows(s.cap.centres, s.shoulder, s.cap.radius)
+    rows = geometry.two_rows(s.cap)
     eye = _around(m, rows, -1.2, 0.25)
     panel = _taken(m, "Spheres as spikes", _spikes(s, rows), eye, robot=True)
     shows = f"two rows of reachability spheres ({len(rows)}), coloured by their reachability index"
@@ -26,12 +28,14 @@ def figure_3_3(m: Material) -> Figure:
 
 def figure_3_4(m: Material) -> Figure:
     """Index in cuts."""
+    from capability_map import geometry
+
     s, panels = m.spheres, []
     for axis, words, yaw, pitch in (
         (2, "level cut through the shoulder", -0.9, 1.0),
         (1, "upright cut", -1.4, 0.2),
     ):
-        rows = np.flatnonzero(np.abs(s.cap.centres[:, axis] - s.shoulder[axis]) <= s.cap.radius * 1.01)
+        rows = geometry.cut_rows(s.cap, axis)
         balls = shapes.marker(_header(s), "index", Marker.SPHERE_LIST, (1, 1, 1))
         balls.scale.x = balls.scale.y = balls.scale.z = 1.6 * s.cap.radius
         rgba = np.column_stack([s.colors()[rows], np.ones(len(rows))])
@@ -99,15 +103,6 @@ def figure_5_8(m: Material) -> Figure:
     ]
     shows = "a plan of the right arm: start green, goal orange, poses between faint"
     return Figure(panels, shows, made_by, lines("path"), {"green": 0.004, "orange": 0.004})
-
-
-def near_rows(centers: np.ndarray, origin: np.ndarray, radius: float, count: int = 2) -> np.ndarray:
-    """Indices (K,) of the spheres in `count` rows along x: those nearest to the origin in y and z."""
-    rows = np.round((centers[:, 1:] - origin[1:]) / (2.0 * radius)).astype(int)
-    keys, inverse = np.unique(rows, axis=0, return_inverse=True)
-    sizes = np.bincount(inverse.ravel())
-    order = np.lexsort((-sizes, np.abs(keys[:, 0]) + np.abs(keys[:, 1])))
-    return np.flatnonzero(np.isin(inverse.ravel(), order[:count]))
 
 
 def _header(s: sources.Spheres) -> Header:

@@ -170,7 +170,9 @@ def figure_5_5(m: Material) -> Figure:
         part.frontier, part.frontier_cluster = msg.frontier, msg.frontier_cluster
         part.frontier_voids = [one]
         m.show(part)
-        words = f"void of {msg.ellipsoids[one.ellipsoid].voxel_count} voxels, {len(one.frontier_clusters)} clusters"
+        count = len(one.frontier_clusters)
+        clusters = f"{count} frontier cluster{'' if count == 1 else 's'}"
+        words = f"void of {msg.ellipsoids[one.ellipsoid].voxel_count} voxels beside {clusters}"
         panels.append((words, m.stage.take(["Frontier-voids", "Occupied by height"], m.at_scan(*ONE))))
     shows = (
         "the two largest frontier-voids of the first scan: a void (translucent) with the frontiers beside it"
