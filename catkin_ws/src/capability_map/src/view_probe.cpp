@@ -37,6 +37,7 @@ ViewProbe::ViewProbe(const fv_robot_model::RobotModel& model, const std::string&
   }
   ik::IkOptions ik_options;
   ik_options.sweep_step_rad = options.arm_angle_step_rad;
+  ik_options.sweep_refinements = 1;  // the roll search looks for what is narrower
   ik_options.direction_tolerance_rad = options.direction_tolerance_rad;
   const ik::SerialChain chain = ik::chainOfGroup(model, group);
   roll_by_last_joint_ = rollsAboutTipZ(chain);

@@ -114,6 +114,8 @@ void bindOptions(py::module_& m) {
       .def_readwrite("angle_tolerance_rad", &IkOptions::angle_tolerance_rad, "Residual by FK [rad].")
       .def_readwrite("limit_tolerance_rad", &IkOptions::limit_tolerance_rad, "Slack of the limits [rad].")
       .def_readwrite("sweep_step_rad", &IkOptions::sweep_step_rad, "Step of redundant angles [rad].")
+      .def_readwrite("sweep_refinements", &IkOptions::sweep_refinements,
+                     "One redundant joint: so often its step is quartered where nothing was found.")
       .def_readwrite("direction_tolerance_rad", &IkOptions::direction_tolerance_rad,
                      "Arms with fewer than 6 joints: how far the tip's z may miss [rad].")
       .def_readwrite("numerical_starts", &IkOptions::numerical_starts, "KDL: starts per pose.")

@@ -72,7 +72,7 @@ IkSolver::IkSolver(SerialChain chain, const IkOptions& options)
   const bool positive = options.position_tolerance_m > 0.0 && options.angle_tolerance_rad > 0.0 &&
                         options.sweep_step_rad > 0.0 && options.numerical_starts > 0 &&
                         options.numerical_iterations > 0 && options.limit_tolerance_rad >= 0.0 &&
-                        options.direction_tolerance_rad >= 0.0;
+                        options.direction_tolerance_rad >= 0.0 && options.sweep_refinements >= 0;
   if (!positive) {
     throw std::invalid_argument("inverse kinematics options: tolerances, steps and counts must be positive");
   }

@@ -30,28 +30,28 @@ class JointSweep : public IkSolver {
     std::vector<double> values;  // of the held joints, in the order of held_
     std::unique_ptr<IkSolver> rest;
   };
-  struct Samples {
-    std::vector<Held> steps;    // always tried
-    std::vector<Held> between;  // tried when the steps find nothing
-  };
 
-  JointSweep(const SerialChain& chain, const IkOptions& options, std::vector<int> held, Samples samples)
-      : IkSolver(chain, options), held_(std::move(held)), samples_(std::move(samples)) {}
+  /// @param levels  held values, coarse to fine: a level is tried when those before it have found nothing.
+  JointSweep(const SerialChain& chain, const IkOptions& options, std::vector<int> held,
+             std::vector<std::vector<Held>> levels)
+      : IkSolver(chain, options), held_(std::move(held)), levels_(std::move(levels)) {}
 
   bool exact() const override { return false; }
-  std::string family() const override { return "sweep+" + samples_.steps.front().rest->family(); }
+  std::string family() const override { return "sweep+" + levels_.front().front().rest->family(); }
   std::string name() const override {
     std::ostringstream text;
-    text << family() << ": " << samples_.steps.size() << " values of";
+    text << family() << ": " << levels_.front().size() << " values of";
     for (const int joint : held_) text << ' ' << chain_.joint(joint).name;
-    text << ", because with it held the rest is a " << samples_.steps.front().rest->name();
+    text << ", because with it held the rest is a " << levels_.front().front().rest->name();
     return text.str();
   }
 
   void solvePose(const Eigen::Isometry3d& T_base_tip, const double* seed, IkSolutions& out) const override {
     const int first = out.size();
-    solveSamples(samples_.steps, T_base_tip, out);
-    if (out.size() == first) solveSamples(samples_.between, T_base_tip, out);
+    for (const std::vector<Held>& level : levels_) {
+      solveSamples(level, T_base_tip, out);
+      if (out.size() > first) break;
+    }
     if (seed != nullptr) solveAtSeed(T_base_tip, seed, out);
   }
 
@@ -98,7 +98,7 @@ class JointSweep : public IkSolver {
   }
 
   std::vector<int> held_;
-  Samples samples_;
+  std::vector<std::vector<Held>> levels_;
 };
 
 /// One solver per combination of held values; empty when any of them has no closed form.
@@ -147,11 +147,14 @@ int jointToHold(const SerialChain& chain) {
 std::unique_ptr<IkSolver> makeJointSweep(const SerialChain& chain, const IkOptions& options) {
   if (!allRevolute(chain)) return nullptr;
   for (const std::vector<int>& held : heldCandidates(chain.dof())) {
-    JointSweep::Samples samples;
-    samples.steps = heldSolvers(chain, options, held, options.sweep_step_rad);
-    if (samples.steps.empty()) continue;
-    if (held.size() == 1) samples.between = heldSolvers(chain, options, held, 0.25 * options.sweep_step_rad);
-    return std::make_unique<JointSweep>(chain, options, held, std::move(samples));
+    std::vector<std::vector<JointSweep::Held>> levels;
+    levels.push_back(heldSolvers(chain, options, held, options.sweep_step_rad));
+    if (levels.front().empty()) continue;
+    const int refinements = held.size() == 1 ? options.sweep_refinements : 0;
+    for (int k = 1; k <= refinements; ++k) {
+      levels.push_back(heldSolvers(chain, options, held, options.sweep_step_rad * std::pow(0.25, k)));
+    }
+    return std::make_unique<JointSweep>(chain, options, held, std::move(levels));
   }
   return nullptr;
 }

@@ -268,6 +268,31 @@ TEST(Parallel5R, TurnsTheDirectionWithinTheToleranceOnly) {
   }
 }
 
+TEST(JointSweep, FinerStepsFindWhatOnlyANarrowWindowOfTheWaistCanHold) {
+  const SerialChain chain = waistAndArm();
+  std::mt19937 random(9);
+  std::vector<Eigen::Isometry3d> poses;
+  for (int i = 0; i < 5000; ++i) {
+    std::vector<double> q;
+    for (const ChainJoint& j : chain.joints()) {
+      q.push_back(std::uniform_real_distribution<double>(j.lower, j.upper)(random));
+    }
+    poses.push_back(chain.forward(q.data()));
+  }
+  const auto missed = [&](int refinements) {
+    IkOptions options;
+    options.sweep_refinements = refinements;
+    const IkBatch batch = makeIkSolver(chain, options)->solve(poses);
+    int none = 0;
+    for (size_t i = 0; i < poses.size(); ++i) none += batch.offsets[i] == batch.offsets[i + 1] ? 1 : 0;
+    return none;
+  };
+  EXPECT_GT(missed(0), 10);
+  EXPECT_LT(missed(1), missed(0));
+  EXPECT_LE(missed(IkOptions().sweep_refinements), 1);
+  EXPECT_THROW(missed(-1), std::invalid_argument);
+}
+
 TEST(SerialChain, RefusesWhatIsNoArm) {
   const Eigen::Isometry3d I = Eigen::Isometry3d::Identity();
   EXPECT_THROW(SerialChain({}, I), std::invalid_argument);

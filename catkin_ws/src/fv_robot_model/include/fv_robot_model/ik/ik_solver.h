@@ -15,6 +15,7 @@ struct IkOptions {
   double angle_tolerance_rad{1e-6};     ///< The same for the rotation [rad].
   double limit_tolerance_rad{1e-9};     ///< A joint this far outside its limits counts as on the limit [rad].
   double sweep_step_rad{0.0872664626};  ///< Step of a redundant joint or of the arm angle [rad] (5 degrees).
+  int sweep_refinements{2};  ///< One redundant joint: so often its step is quartered where nothing was found.
   double direction_tolerance_rad{
       0.0};                       ///< Arms with fewer than 6 joints: how far the tip's z may miss [rad].
   int numerical_starts{40};       ///< KDL: starts per pose.
