@@ -12,6 +12,7 @@ import rostest
 import tf2_ros
 from fv_msgs.srv import QueryCapability, QueryCapabilityRequest
 from geometry_msgs.msg import Pose, TransformStamped
+from sensor_msgs.msg import Image
 from visualization_msgs.msg import MarkerArray
 
 from capability_map import CapabilityMap, check
@@ -121,6 +122,12 @@ class CapabilityService(unittest.TestCase):
             self.assertGreater(len(message.markers[0].points), 10, name)
             self.assertEqual(message.markers[0].header.frame_id, self.map.base_frame)
             self.assertTrue(message.markers[0].frame_locked, name)  # RViz may meet it before its transform
+
+    def test_late_listeners_get_the_legend(self):
+        image = rospy.wait_for_message("/capability_map/legend", Image, timeout=120)
+        self.assertEqual(len(image.data), image.height * image.step)
+        pixels = np.frombuffer(image.data, np.uint8).reshape(image.height, image.width, 3)
+        self.assertGreater(len(np.unique(pixels.reshape(-1, 3), axis=0)), 100)  # the scale's steps
 
 
 if __name__ == "__main__":

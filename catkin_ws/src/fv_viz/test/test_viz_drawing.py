@@ -122,11 +122,10 @@ def test_views_show_pyramids_and_scores(evaluation):
     assert len(read(decisions.chosen_view(HEADER, msg, config))) == 5
 
 
-def test_the_chosen_view_says_which_volume_is_meant(evaluation):
-    msg = viz_synthetic.views(evaluation)
-    msg.views[0].void_gain, msg.views[0].unknown_gain = 0.618, 1.902
-    words = read(decisions.chosen_view(HEADER, msg, VizConfig()))[-1].text
-    assert words == "next: 1.9 m³ unseen, 0.62 m³ of it void"
+def test_what_the_next_view_is_expected_to_show_says_which_volume_is_meant(evaluation):
+    view = viz_synthetic.views(evaluation).views[0]
+    view.void_gain, view.unknown_gain = 0.618, 1.902
+    assert decisions.expectation(view) == "1.9 m³ unseen, 0.62 m³ of it void"
 
 
 def test_scores_that_would_cover_each_other_are_left_out():

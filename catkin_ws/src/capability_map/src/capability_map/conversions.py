@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from geometry_msgs.msg import Point, Pose, Transform, Vector3
+from sensor_msgs.msg import Image
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker
 
@@ -55,3 +56,9 @@ def marker_from_points(
     marker.points = [Point(*row) for row in points.tolist()]
     marker.colors = [ColorRGBA(*row) for row in colors.tolist()]
     return marker
+
+
+def image_from_pixels(pixels: np.ndarray) -> Image:
+    """An rgb8 image of (H, W, 3) uint8."""
+    height, width, _ = pixels.shape
+    return Image(height=height, width=width, encoding="rgb8", step=3 * width, data=pixels.tobytes())

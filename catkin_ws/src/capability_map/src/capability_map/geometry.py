@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import matplotlib
 import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
 
 from capability_map.capability_map import CapabilityMap
 
 INDEX_SCALE = "viridis_r"  # of matplotlib: light for 0 to dark; its lightness alone keeps the order
+
+INDEX_LABEL = "reachability index [%]"
 
 
 def index_colors(index_percent: np.ndarray, alpha: float = 1.0) -> np.ndarray:
@@ -16,6 +22,21 @@ def index_colors(index_percent: np.ndarray, alpha: float = 1.0) -> np.ndarray:
     rgba = matplotlib.colormaps[INDEX_SCALE](np.clip(share, 0.0, 1.0))
     rgba[:, 3] = alpha
     return rgba
+
+
+def index_scale(largest_percent: float) -> ScalarMappable:
+    """Return the scale of index_colors as matplotlib's colour bars want it."""
+    return ScalarMappable(Normalize(0.0, max(largest_percent, 1e-9)), INDEX_SCALE)
+
+
+def index_legend(largest_percent: float, width_px: int = 420, height_px: int = 264) -> np.ndarray:
+    """Return the scale of index_colors from 0 to the largest index as a picture, (height, width, 3) uint8."""
+    figure = Figure(figsize=(width_px / 100, height_px / 100), dpi=100)
+    place = figure.add_axes([0.05, 0.7, 0.9, 0.14])
+    figure.colorbar(index_scale(largest_percent), cax=place, orientation="horizontal", label=INDEX_LABEL)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].copy()
 
 
 def cut_rows(cap: CapabilityMap, axis: int, at_m: float | None = None) -> np.ndarray:

@@ -8,17 +8,23 @@ import numpy as np
 import rospy
 import tf2_ros
 from fv_msgs.srv import QueryCapability, QueryCapabilityRequest, QueryCapabilityResponse
+from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
 from capability_map import geometry
 from capability_map.capability_map import CapabilityMap
-from capability_map.conversions import marker_from_points, matrices_from_poses, matrix_from_transform
+from capability_map.conversions import (
+    image_from_pixels,
+    marker_from_points,
+    matrices_from_poses,
+    matrix_from_transform,
+)
 from capability_map.paths import default_map_path
 
 
 class CapabilityNode:
-    """`/capability_map/query`, and latched markers of spheres, index cuts and shapes.
+    """`/capability_map/query`, and latched markers of spheres, index cuts and shapes, with a legend.
 
     Parameters: `~map` (file; default: that of the robot's capability group), `~marker_spheres` (largest number of
     spheres drawn with spikes or shapes, default 400), and the robot's `/robot` and `/robot_description`.
@@ -74,7 +80,9 @@ class CapabilityNode:
             publisher = rospy.Publisher(topic, MarkerArray, queue_size=1, latch=True)
             publisher.publish(MarkerArray(markers=markers))
             publishers.append(publisher)
-        return publishers
+        legend = rospy.Publisher("~legend", Image, queue_size=1, latch=True)
+        legend.publish(image_from_pixels(geometry.index_legend(float(self._map.index().max(initial=0.0)))))
+        return [*publishers, legend]
 
 
 def _refused(why: str) -> QueryCapabilityResponse:

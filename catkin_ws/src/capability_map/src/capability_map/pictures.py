@@ -10,9 +10,7 @@ matplotlib.use("Agg")  # no display needed
 
 import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.cm import ScalarMappable
 from matplotlib.collections import LineCollection, PatchCollection, PolyCollection
-from matplotlib.colors import Normalize
 from matplotlib.patches import Circle
 
 from capability_map import geometry
@@ -117,6 +115,5 @@ def _panels(cap: CapabilityMap, rows: np.ndarray, titles: list[str]) -> tuple[pl
 
 
 def _colorbar(figure: plt.Figure, axes, index: np.ndarray) -> None:
-    """The scale of geometry.index_colors."""
-    norm = Normalize(0.0, max(1e-9, float(index.max(initial=0.0))))
-    figure.colorbar(ScalarMappable(norm, geometry.INDEX_SCALE), ax=axes, label="reachability index [%]")
+    scale = geometry.index_scale(float(index.max(initial=0.0)))
+    figure.colorbar(scale, ax=axes, label=geometry.INDEX_LABEL)

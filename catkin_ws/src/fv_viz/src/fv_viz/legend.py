@@ -17,6 +17,7 @@ INK = (25, 25, 30)
 PAPER = (250, 250, 250)
 PARTS = {"clearance": "volume"}  # what has a line of its own and belongs to a layer
 ALWAYS = {"removed"}  # comes from elsewhere: nobody here knows whether it is empty
+PANEL = 420, 264  # [px] the legend's panel in RViz
 SWATCH = 34  # [px] width of a colour sample
 
 
@@ -110,8 +111,10 @@ def lines(config: VizConfig, layers: Iterable[str], filled: Set[str] | None) -> 
 
 
 def image_message(config: VizConfig, layers: Iterable[str], filled: Set[str]) -> Image:
-    """The legend of some layers as an image message for an RViz panel."""
-    picture = draw(lines(config, layers, filled), 420, 1)
+    """The legend of some layers as an image message for an RViz panel, which shows what it does not fill in black."""
+    key = draw(lines(config, layers, filled), PANEL[0], 1)
+    picture = Picture.new("RGB", (key.width, max(key.height, PANEL[1])), PAPER)
+    picture.paste(key, (0, 0))
     return Image(
         height=picture.height,
         width=picture.width,

@@ -78,14 +78,16 @@ class ScreenshotNode:
         return framing.orbit(framing.corners(low, high), *turn, config.width / config.height, cut_m)
 
     def _heading(self, request: ScreenshotRequest) -> tuple[str, list[str]]:
-        """Title and facts of the request; without any, what the newest decision says."""
-        if request.title or request.facts or self._views is None:
-            return request.title, list(request.facts)
-        views = self._views
-        facts = [f"{len(views.views)} candidates"]
+        """Title and facts of the request, and what is expected of the view that is taken next while there is one."""
+        views, facts = self._views, list(request.facts)
+        asked = bool(request.title or facts)
+        if views is None or (self._state and "chosen_view" not in self._state.filled):
+            return request.title, facts
+        if not asked:
+            facts.append(f"{len(views.views)} candidates")
         if 0 <= views.chosen < len(views.views):
-            facts.append(f"the chosen one expects {decisions.expectation(views.views[views.chosen])}")
-        return f"View {views.view_number}", facts
+            facts.append(f"next: {decisions.expectation(views.views[views.chosen])}")
+        return request.title if asked else f"View {views.view_number}", facts
 
     def _serve(self, request: ScreenshotRequest) -> ScreenshotResponse:
         with self._lock:

@@ -137,7 +137,7 @@ class VizNode:
         looked_at = {name for name, out in self._publishers.items() if out.get_num_connections()}
         if (looked_at, filled) != self._in_legend:
             self._in_legend = looked_at, filled
-            self._legend.publish(legend.image_message(self._config, {*looked_at, "removed"}, filled))
+            self._legend.publish(legend.image_message(self._config, looked_at, filled))
 
     def _draw_all(self, due: dict[str, bool], messages: dict[str, object]) -> None:
         started = time.monotonic()
