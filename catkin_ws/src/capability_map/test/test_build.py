@@ -221,7 +221,7 @@ def test_shipped_settings_are_the_defaults():
 @pytest.mark.parametrize(
     ("values", "message"),
     [
-        ({"radius": 1.0}, "unknown build parameter"),
+        ({"radius": 1.0}, "unknown key .radius. .did you mean .radius_m"),
         ({"radius_m": -1.0}, "radius_m"),
         ({"radius_m": float("nan")}, "radius_m"),
         ({"points": 3}, "points"),

@@ -6,9 +6,9 @@ import dataclasses
 import math
 from pathlib import Path
 
-import yaml
-
 from capability_map.errors import CapabilityMapError
+from hubo_description import RobotDescriptionError
+from hubo_description.schema import from_mapping, read_yaml
 
 
 @dataclasses.dataclass(frozen=True)
@@ -85,21 +85,17 @@ class BuildParameters:
                 raise CapabilityMapError(f"empty box: box_min_m {self.box_min_m}, box_max_m {self.box_max_m}")
 
     @classmethod
-    def from_mapping(cls, values: dict) -> BuildParameters:
+    def from_mapping(cls, values: object, where: str = "build parameters") -> BuildParameters:
         """Build from a mapping such as a YAML file's; an unknown key is an error that lists the valid ones."""
-        valid = [field.name for field in dataclasses.fields(cls)]
-        unknown = sorted(set(values) - set(valid))
-        if unknown:
-            raise CapabilityMapError(
-                f"unknown build parameter(s) {', '.join(unknown)}; valid: {', '.join(valid)}"
-            )
-        boxes = {key: tuple(values[key]) for key in ("box_min_m", "box_max_m") if values.get(key) is not None}
-        return cls(**{**values, **boxes})
+        try:
+            return from_mapping(cls, values, where)
+        except RobotDescriptionError as err:
+            raise CapabilityMapError(str(err)) from err
 
     @classmethod
     def from_yaml(cls, path: Path) -> BuildParameters:
         """Read a YAML file of the form of `config/build.yaml`."""
         try:
-            return cls.from_mapping(yaml.safe_load(path.read_text()) or {})
-        except (OSError, yaml.YAMLError, TypeError) as err:
-            raise CapabilityMapError(f"{path}: {err}") from err
+            return cls.from_mapping(read_yaml(path), str(path))
+        except RobotDescriptionError as err:
+            raise CapabilityMapError(str(err)) from err
