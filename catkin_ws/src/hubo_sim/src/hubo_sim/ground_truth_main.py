@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 
 import numpy as np
 
 from hubo_sim.errors import SimError
+from hubo_sim.files import write_whole
 from hubo_sim.ground_truth import TruthRequest, octree_bytes, true_voxels
 from hubo_sim.paths import cache_folder
 from hubo_sim.robot_source import load_robot_spec
@@ -52,7 +52,7 @@ def report(args: argparse.Namespace) -> None:
         print(f"written to {args.out}")
     if args.bt:
         occupied = np.concatenate([voxels["surface"], voxels["solid"]])
-        Path(args.bt).write_bytes(octree_bytes(occupied, np.zeros((0, 3)), args.resolution))
+        write_whole(args.bt, octree_bytes(occupied, np.zeros((0, 3)), args.resolution))
         print(f"written to {args.bt}")
 
 

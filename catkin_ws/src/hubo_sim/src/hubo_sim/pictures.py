@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from hubo_sim.files import write_whole
 from hubo_sim.render import Pinhole, take_picture
 from hubo_sim.robot_spec import RobotSpec
 from hubo_sim.scene import Scene
@@ -68,5 +69,5 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
 
 
 def write_png(path: str | Path, rgb: np.ndarray) -> None:
-    """Write an image (H, W, 3) uint8 as PNG."""
-    Path(path).write_bytes(png_bytes(rgb))
+    """Write an image (H, W, 3) uint8 as PNG, whole or not at all. Raises OSError."""
+    write_whole(path, png_bytes(rgb))

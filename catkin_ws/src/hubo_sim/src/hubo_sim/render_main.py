@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from pathlib import Path
 
 from hubo_sim.errors import SimError
+from hubo_sim.files import write_whole
 from hubo_sim.pictures import render_scene
 from hubo_sim.robot_source import load_robot_spec
 from hubo_sim.worlds import ViewPoint, load_world
@@ -37,7 +37,7 @@ def render(args: argparse.Namespace) -> None:
     positions = spec.group_state(args.pose) if spec and args.pose else None
     own = world.camera
     view = ViewPoint(args.eye or own.eye_m, args.target or own.target_m, args.fov or own.fov_deg)
-    Path(args.out).write_bytes(render_scene(world, spec, positions, view, tuple(args.size)))
+    write_whole(args.out, render_scene(world, spec, positions, view, tuple(args.size)))
     print(f"written to {args.out}")
 
 
@@ -48,4 +48,6 @@ def main() -> int:
     except (SimError, OSError, ValueError) as err:
         print(f"render_scene: {err}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        return 130
     return 0

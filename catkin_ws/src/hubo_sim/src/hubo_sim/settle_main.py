@@ -11,6 +11,7 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from hubo_sim.errors import SimError
+from hubo_sim.files import write_whole
 from hubo_sim.settle import largest_way, settle
 from hubo_sim.worlds import World, load_world
 
@@ -51,7 +52,7 @@ def run(args: argparse.Namespace) -> None:
             **(vars(before) | {"objects": tuple(o for o in before.objects if o.name not in args.fences)})
         )
     text = yaml.safe_dump(content_of(path, after), sort_keys=False, default_flow_style=None, width=200)
-    Path(args.out).write_text(text)
+    write_whole(args.out, text.encode())
     print(f"settled by up to {largest_way(before, after):.3f} m; written to {args.out}")
 
 
@@ -62,4 +63,6 @@ def main() -> int:
     except (SimError, OSError) as err:
         print(f"settle_world: {err}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        return 130
     return 0

@@ -53,7 +53,7 @@ def main() -> int:
             raise SimError(f"unknown argument {' '.join(args)}; --list and --help are known")
         else:
             run_node()
-    except SimError as err:
+    except (SimError, rospy.ROSInitException) as err:  # the latter: Ctrl-C while the node registers
         print(f"sim_node: {err}", file=sys.stderr)
         return 1
     except (KeyboardInterrupt, rospy.ROSInterruptException):

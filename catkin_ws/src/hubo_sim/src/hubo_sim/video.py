@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import io
 import shutil
 import subprocess
 from pathlib import Path
@@ -11,6 +12,7 @@ import numpy as np
 from PIL import Image
 
 from hubo_sim.errors import SimError
+from hubo_sim.files import write_whole
 
 _LARGEST_GIF = 300  # frames; a longer run is shown in larger steps of time
 
@@ -70,10 +72,10 @@ class GifVideo:
         if not self._frames:
             return
         first, *others = self._frames
+        data, period_ms = io.BytesIO(), round(1e3 / self._rate_hz)
+        first.save(data, "GIF", save_all=True, append_images=others, duration=period_ms, loop=0)
         try:
-            first.save(
-                self._path, save_all=True, append_images=others, duration=round(1e3 / self._rate_hz), loop=0
-            )
+            write_whole(self._path, data.getvalue())
         except OSError as err:
             raise SimError(f"video {self._path}: {err}") from err
 

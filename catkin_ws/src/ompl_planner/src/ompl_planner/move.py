@@ -170,8 +170,8 @@ def move(args: argparse.Namespace) -> int:
 def main(argv: list[str] | None = None) -> int:
     """Entry point of ``rosrun ompl_planner move``."""
     args = parser().parse_args(rospy.myargv(argv)[1:] if argv is None else argv)
-    rospy.init_node("move", anonymous=True, disable_signals=True)
     try:
+        rospy.init_node("move", anonymous=True, disable_signals=True)
         return move(args)
     except ConnectionError as err:
         print(f"move: {err}", file=sys.stderr)
