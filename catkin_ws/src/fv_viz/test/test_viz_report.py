@@ -198,6 +198,15 @@ def test_a_comparison_does_not_replace_another_unless_told_to(run, tmp_path, cap
     assert "synthetic, arm: 1 run. Each line is one run." in target.read_text()
 
 
+def test_maps_of_other_voxels_are_another_case(tmp_path):
+    def run(world, size):
+        return run_data.RunData(tmp_path, run={"world": world, "robot": "arm", "resolution_m": size})
+
+    runs = [run("a", 0.05), run("b", 0.05), run("a", 0.1), run("a", 0.05)]
+    assert compare.case_names(runs) == ["a, arm, 5 cm", "b, arm", "a, arm, 10 cm", "a, arm, 5 cm"]
+    assert [len(members) for members in compare.grouped(runs).values()] == [2, 1, 1]
+
+
 def test_runs_of_one_name_are_told_apart_by_their_folders(run, tmp_path):
     runs = [run_data.load(shutil.copytree(run, tmp_path / parent / "one")) for parent in ("a", "b")]
     assert compare._names(runs) == ["a/one", "b/one"]

@@ -12,6 +12,7 @@ import numpy as np
 import rospkg
 import rospy
 import rostest
+import viz_synthetic
 from fv_msgs.srv import Screenshot, ScreenshotRequest
 from geometry_msgs.msg import TransformStamped, Vector3
 from PIL import Image as Picture
@@ -81,6 +82,32 @@ class Pictures(unittest.TestCase):
         picture = Picture.open(os.path.join(self.folder.name, "sub", "a.png"))
         self.assertGreater(picture.height, 480)
         self.assertGreater(len(picture.crop((0, 100, 640, 480)).convert("RGB").getcolors(1 << 20)), 200)
+
+    def test_a_decision_is_in_the_picture_until_the_next_evaluation(self):
+        evaluation = viz_synthetic.evaluation(viz_synthetic.scan(0.1, [(0.2, -0.2, 0.5, 0.1)]))
+        views, now = viz_synthetic.views(evaluation), rospy.Time.now()
+        views.header = Header(frame_id="world", stamp=now)
+        evaluation.header = Header(frame_id="world", stamp=now + rospy.Duration(1.0))
+        evaluation.map_sequence = 2
+        topics = {"/fv_exploration/views": views, "/fv_exploration/evaluation": evaluation}
+        out = {
+            name: rospy.Publisher(name, type(msg), latch=True, queue_size=1) for name, msg in topics.items()
+        }
+        listeners = {"/fv_exploration/views": 2, "/fv_exploration/evaluation": 1}
+        while any(out[name].get_num_connections() < count for name, count in listeners.items()):
+            rospy.sleep(0.05)
+        magenta = []
+        for name, sequence in (("/fv_exploration/views", 1), ("/fv_exploration/evaluation", 2)):
+            out[name].publish(topics[name])
+            reply = self.take(
+                ScreenshotRequest(
+                    path="n.png", show=["Chosen view"], hide=["*"], map_sequence=sequence, no_legend=True
+                )
+            )
+            self.assertTrue(reply.success, reply.message)
+            magenta.append(_magenta_pixels(os.path.join(self.folder.name, "n.png")))
+        self.assertGreater(magenta[0], 100)
+        self.assertEqual(magenta[1], 0)
 
     def test_toggles_change_the_picture_and_last_for_one(self):
         colors = []
@@ -159,6 +186,11 @@ def _frame(name):
 def _red_pixels(path):
     colors = np.asarray(Picture.open(path).convert("RGB")).astype(int)
     return int(((colors[..., 0] > 100) & (colors[..., 1:].max(axis=2) < 60)).sum())
+
+
+def _magenta_pixels(path):
+    colors = np.asarray(Picture.open(path).convert("RGB")).astype(int)
+    return int(((colors[..., 0] > 150) & (colors[..., 1] < 60) & (colors[..., 2] > 70)).sum())
 
 
 def suite():

@@ -10,11 +10,12 @@ import subprocess
 import time
 
 _PR_SET_PDEATHSIG = 1  # linux/prctl.h
+_LIBC = ctypes.CDLL(None)  # loaded here: between fork and exec another thread may hold the loader's lock
 
 
 def die_with_parent() -> None:
     """Called in a child before exec: the kernel ends it when the parent's thread that started it is gone."""
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def stop(process: subprocess.Popen, patience_s: float = 3.0) -> None:

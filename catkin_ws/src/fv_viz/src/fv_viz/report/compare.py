@@ -35,7 +35,7 @@ USED = ("run.json", "metrics.csv")  # of a run's files
 
 
 def comparison(runs: list[RunData]) -> str:
-    """The whole page as HTML text; runs of the same world and robot count as repetitions of one case."""
+    """The whole page as HTML text; runs of one case (see grouped) count as its repetitions."""
     cases = grouped(runs)
     names = _names(runs)
     parts = [
@@ -53,7 +53,13 @@ def comparison(runs: list[RunData]) -> str:
         figure("Volume that each view made known", _spread(cases, "real_gain_m3", 1.0, "newly known [m³]")),
         figure("Motion to each view", _spread(cases, "path_length_rad", 1.0, "path in joint space [rad]")),
         "</div><h2>Every run</h2>",
-        table([[name, *_summary(run)] for name, run in zip(names, runs, strict=True)], SUMMARY),
+        table(
+            [
+                [name, case, *_summary(run)]
+                for name, case, run in zip(names, case_names(runs), runs, strict=True)
+            ],
+            SUMMARY,
+        ),
         "<h2>Mean wall time of each step of a view [s]</h2>",
         table([[name, *_means(run)] for name, run in zip(names, runs, strict=True)], ["run", *TIMES]),
     ]
@@ -61,11 +67,23 @@ def comparison(runs: list[RunData]) -> str:
 
 
 def grouped(runs: list[RunData]) -> dict[str, list[RunData]]:
-    """Runs by world and robot, in order of appearance."""
+    """Runs by world and robot, and by the size of voxels where it differs, in order of appearance."""
     cases: dict[str, list[RunData]] = {}
-    for run in runs:
-        cases.setdefault(_case(run), []).append(run)
+    for name, run in zip(case_names(runs), runs, strict=True):
+        cases.setdefault(name, []).append(run)
     return cases
+
+
+def case_names(runs: list[RunData]) -> list[str]:
+    """The case of each run: shares of maps with other voxels are no repetition of a case."""
+    names, sizes = [_case(run) for run in runs], [_voxel(run) for run in runs]
+    several = {name for name in names if len({s for n, s in zip(names, sizes, strict=True) if n == name}) > 1}
+    return [f"{n}, {s}" if n in several else n for n, s in zip(names, sizes, strict=True)]
+
+
+def _voxel(run: RunData) -> str:
+    size = run.run.get("resolution_m")
+    return f"{100 * size:g} cm" if is_number(size) else "–"
 
 
 def spread(runs: list[RunData], name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -148,7 +166,7 @@ def _spread(
 
 
 def _summary(run: RunData) -> list[Any]:
-    """The cells of SUMMARY behind the name."""
+    """The cells of SUMMARY behind name and case."""
     said = run.run
     result = str(said.get("result", "–"))
 
@@ -156,7 +174,6 @@ def _summary(run: RunData) -> list[Any]:
         return Number(form(said[key]) if is_number(said.get(key)) else "–")
 
     return [
-        _case(run),
         ENDED.get(result, result),
         number("views", lambda v: f"{v:g}"),
         number("explored_share", lambda _: explored_words(run)),
@@ -164,7 +181,7 @@ def _summary(run: RunData) -> list[Any]:
         number("contacts", lambda v: f"{v:,g}"),
         number("wall_s", duration),
         number("sim_s", duration),
-        number("resolution_m", lambda v: f"{100 * v:g} cm"),
+        Number(_voxel(run)),
     ]
 
 
