@@ -12,9 +12,11 @@ struct HullTriangle {
   Eigen::Matrix<int64_t, 3, 1> normal;
 };
 
-/// Convex hull of voxels (Qhull: Barber, Dobkin, Huhdanpaa 1996), as triangles with integer planes.
+/// Convex hull of voxels, as triangles with integer planes. Qhull (Barber, Dobkin, Huhdanpaa 1996) finds the
+/// corners.
+/// @param[in,out] voxels on return only the corners.
 /// @return empty when the voxels lie in one plane, or are fewer than 4.
-std::vector<HullTriangle> hullTriangles(const std::vector<Voxel>& voxels);
+std::vector<HullTriangle> hullTriangles(std::vector<Voxel>& voxels);
 
 /// The voxels inside a hull: in each row along x an interval. The surface belongs to it.
 struct HullRows {
@@ -31,7 +33,16 @@ struct HullRows {
     return low[r] <= v.x() && v.x() <= high[r];
   }
   bool empty() const { return triangles.empty(); }
-  std::vector<Voxel> vertices;  ///< candidates that the hull was made of
+  /// What a row was before a change.
+  struct Before {
+    std::size_t row;
+    int low, high;
+  };
+  /// Take in more voxels; the hull must not be empty. As hullOfRows of all, at the cost of what is new.
+  /// @return what rows were that may have changed; some more than once
+  std::vector<Before> grow(const std::vector<Voxel>& added);
+
+  std::vector<Voxel> vertices;  ///< corners of the triangles
   std::vector<HullTriangle> triangles;
 };
 
@@ -42,9 +53,5 @@ struct RowExtremes {
 
 /// Rows inside the convex hull of the voxels with these row extremes.
 HullRows hullOfRows(const GridFrame& frame, const RowExtremes& rows);
-
-/// Rows inside the convex hull of a hull that is not empty and of more voxels: as hullOfRows, at the cost of
-/// what is new.
-HullRows grownHull(const HullRows& hull, const std::vector<Voxel>& added);
 
 }  // namespace fv

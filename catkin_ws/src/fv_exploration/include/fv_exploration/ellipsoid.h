@@ -22,6 +22,8 @@ struct Moments {
   int64_t product[6] = {0, 0, 0, 0, 0, 0};  ///< xx, yy, zz, xy, xz, yz
 
   void add(const Voxel& v);
+  /// Add voxels that follow each other along x.
+  void addRow(const Voxel& first, int length);
   Moments& operator+=(const Moments& o) { return *this = *this + o; }
   /// Formulas 3.3-3.5, as sums.
   Moments operator+(const Moments& o) const {

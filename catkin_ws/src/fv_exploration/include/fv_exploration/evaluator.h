@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "fv_exploration/convex_hull.h"
@@ -29,8 +30,8 @@ struct EvaluationConfig {
 
 /// Neighbourhood of a void cluster: thesis 3.1.1, "the set of frontier-voids".
 struct FrontierVoid {
-  int ellipsoid;              ///< index into Evaluation::ellipsoids
-  std::vector<int> clusters;  ///< numbers of the frontier clusters that neighbour it, ascending
+  int ellipsoid;    ///< index into Evaluation::ellipsoids
+  int first, last;  ///< its part of Evaluation::neighbour_clusters, first <= i < last
 };
 
 /// What an update found. Voxels are asked of the evaluator.
@@ -39,9 +40,18 @@ struct Evaluation {
   int64_t update = 0;                        ///< number of the update
   std::vector<Ellipsoid> ellipsoids;         ///< largest count first
   std::vector<FrontierVoid> frontier_voids;  ///< ellipsoids that neighbour a frontier, ascending
+  std::vector<int> neighbour_clusters;       ///< per frontier-void its frontier clusters, ascending
   int clusters = 0;                          ///< number of frontier clusters
   std::map<std::string, int64_t> counts;     ///< frontier, void, tiles_dirty, ...
   std::map<std::string, double> timings;     ///< [s]
+  /// As new, but for the memory it holds.
+  void clear() {
+    ellipsoids.clear();
+    frontier_voids.clear();
+    neighbour_clusters.clear();
+    counts.clear();
+    timings.clear();
+  }
 };
 
 /// Frontiers, voids, their clusters and their neighbourhoods, kept up to date with a map.
@@ -82,36 +92,78 @@ class Evaluator {
 
  private:
   struct TileChange;
-  struct TileMasks;
+  struct StaleLinks;
+  class Concerned;
   struct TileClasses {
     TileMask unknown{}, free{};
   };
+  /// A label of a tile that neighbours something of another group.
+  struct Across {
+    int own;    // part or node
+    int tile;   // of the other group
+    int label;  // of its frontier or its voids
+    auto key() const { return std::tie(own, tile, label); }
+    bool operator<(const Across& o) const { return key() < o.key(); }
+    bool operator==(const Across& o) const { return key() == o.key(); }
+  };
+  /// What is known of 4x4x4 tiles without looking beyond them.
   struct Group {
-    VoidGraph graph;
-    std::vector<int> merged_into;  // nodes of the tiles one after the other
+    std::vector<int> tiles;
+    VoidGraph graph;                         // what the voids of its tiles merge into
+    std::vector<Ellipsoid> fits;             // by node of it
+    std::vector<int> node_of;                // by void label of its tiles, one tile after the other
+    int parts = 0;                           // connected parts of its frontier
+    std::vector<int> part_of;                // by frontier component of its tiles
+    std::vector<std::pair<int, int>> pairs;  // parts and nodes that neighbour each other, each once
+    std::vector<Across> frontiers_across, voids_across;  // parts to frontiers, nodes to voids
+    std::vector<Across> pairs_across;                    // parts to voids
+  };
+  /// A void cluster of nodes of several groups.
+  struct Joined {
+    int node;       // the first of them, among those of all groups
+    VoidNode what;  // all of them together
+    Ellipsoid fit;
   };
 
   void reset();
+  void nextEvaluation();
   void readChanges(std::vector<uint8_t>& stale);
   bool readTile(int tile, bool all_rows, TileChange& change);
   void noteOccupied(const Voxel& v, bool occupied);
   void updateHull(std::vector<uint8_t>& stale);
-  void takeHull(HullRows next, std::vector<uint8_t>& stale);
-  void refreshTiles(const std::vector<uint8_t>& stale);
-  void readMasks(int tile, TileMasks& masks) const;
-  void refreshTile(int tile, const TileMasks& masks);
-  void writeFlags(int tile, const TileMasks& masks);
-  void relink();
-  void relinkTile(int tile, uint8_t what);
+  void markRow(const HullRows::Before& before, std::vector<uint8_t>& stale) const;
+  TileMask frontierMask(int tile) const;
+  TileMask voidMask(int tile) const;
+  void refreshFrontiers(std::vector<uint8_t>& stale);
+  void refreshVoids(const std::vector<uint8_t>& stale);
+  void countVoxels(const std::vector<int>& tiles, int sign);
+  Tile* tileWith(int tile, const TileMask& mask);
+  void refreshFrontier(int tile);
+  void refreshVoid(int tile);
+  void writeFlags(int tile, const TileMask& before, const TileMask& after, uint8_t flag);
+  void relinkTiles(std::vector<uint8_t>& stale_groups);
+  void relinkTile(int tile, const StaleLinks& stale);
+  void refreshGroups(const std::vector<uint8_t>& stale);
+  void mergeGroup(Group& group);
+  void fitGroup(Group& group, const VoidGraph& before);
+  void connectGroup(Group& group);
+  void listNeighbours(Group& group);
   void numberFrontiers();
-  void clusterTiled();
-  void mergeGroup(int group);
-  void mergeGroups(std::vector<int>& node_of, std::vector<int>& merged_into);
-  std::vector<std::pair<int, int>> edgesAcross(const std::vector<int>& node_of) const;
   void clusterWhole();
-  void takeEllipsoids(const VoidGraph& graph, std::vector<int>& rank);
+  void joinAcross();
+  void takeJoined(const std::vector<int>& node_of, const VoidGraph& merged,
+                  const std::vector<int>& merged_into);
+  void rankEllipsoids();
   void pairFrontierVoids();
-  int neighbourIndex(int tile, int direction) const;
+  int nodeOf(int tile, int label) const {
+    const int group = group_of_[tile];
+    return node_start_[group] + groups_[group].node_of[first_label_[tile] + label];
+  }
+  int partOf(int tile, int component) const {
+    const int group = group_of_[tile];
+    return part_start_[group] + groups_[group].part_of[first_component_[tile] + component];
+  }
+  std::array<int, 27> neighbours(int tile) const;
   Voxel tileCorner(int tile) const { return frame_.origin + frame_.tile(tile) * kTile; }
 
   const OccupancyMap& map_;
@@ -130,20 +182,20 @@ class Evaluator {
   // By tile: directions whose tiles see labels that this update has changed.
   std::vector<uint32_t> frontier_touched_, void_touched_;
   std::vector<int> components_;       // by tile: components of its frontier
-  std::vector<int> component_start_;  // by tile: number of its first component among those of all tiles
-  std::vector<int> cluster_of_;       // by component: its frontier cluster
-  std::vector<int> nodes_;            // by tile: labels of its voids
-  std::vector<int> node_start_;       // by tile: number of its first void label among those of all tiles
-  std::vector<int> ellipsoid_of_;     // by void label: its ellipsoid
+  std::vector<int> first_component_;  // by tile: number of its first component among those of its group
+  std::vector<int> labels_;           // by tile: labels of its voids
+  std::vector<int> first_label_;      // by tile: number of its first void label among those of its group
   std::vector<int> group_of_;         // by tile
-  std::vector<int> first_in_group_;   // by tile: its first node among those of its group
-  std::vector<std::vector<int>> group_tiles_;
   std::vector<Group> groups_;
-  std::vector<VoidNode>
-      fitted_nodes_;  // ascending by id; what the ellipsoids of the last update were made of
-  std::vector<Ellipsoid> fits_;
+  std::vector<int> part_start_, node_start_;  // by group: its first among those of all groups
+  std::vector<int> cluster_of_;               // by part: its frontier cluster
+  std::vector<int> leader_;                   // by node: the first node of its void cluster
+  std::vector<int> ellipsoid_of_;             // by node
+  std::vector<Joined> joined_;                // ascending by id
+  std::vector<std::vector<int>> whole_;       // when voids are not tiled: by tile and label the ellipsoid
   uint64_t seen_sequence_ = 0;
   std::shared_ptr<Evaluation> evaluation_ = std::make_shared<Evaluation>();
+  std::shared_ptr<Evaluation> spare_;  // an earlier one, for its memory
 };
 
 }  // namespace fv

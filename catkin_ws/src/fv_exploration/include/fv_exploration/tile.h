@@ -11,6 +11,14 @@ namespace fv {
 /// One bit per voxel of a tile: rows along x, by y + 16 z.
 using TileMask = std::array<uint16_t, kTile * kTile>;
 
+/// Bits of a row that are set; not every machine counts them in one instruction.
+inline int bitCount(unsigned row) {
+  row -= row >> 1 & 0x5555;
+  row = (row & 0x3333) + (row >> 2 & 0x3333);
+  row = (row + (row >> 4)) & 0x0f0f;
+  return static_cast<int>((row + (row >> 8)) & 0x1f);
+}
+
 /// A label of each voxel of a mask. Voxels that follow each other in a row and have the same label are a run;
 /// runs are numbered row by row.
 struct RunLabels {
@@ -18,9 +26,7 @@ struct RunLabels {
   std::array<uint16_t, kTile * kTile> first{};  ///< number of the first run of a row
   std::vector<uint16_t> labels;                 ///< by run
   /// Label of a voxel of the mask. @param row y + 16 z.
-  int at(int row, int x) const {
-    return labels[first[row] + __builtin_popcount(starts[row] & ((2u << x) - 1)) - 1];
-  }
+  int at(int row, int x) const { return labels[first[row] + bitCount(starts[row] & ((2u << x) - 1)) - 1]; }
 };
 
 /// Some voxels of a tile and what each belongs to.
@@ -77,16 +83,17 @@ int labelComponents(const TileMask& mask, RunLabels& runs);
 /// @param labels of the voxels of the mask, ascending by voxelId.
 RunLabels runsOf(const TileMask& mask, const std::vector<int>& labels);
 
-/// Cluster the voids of a tile: one ellipsoid when all of them are connected and fit one, else seeding and
+/// Cluster the voids of a tile: a connected component that fits one ellipsoid is one, in others seeding and
 /// merging.
+/// @param[out] runs labels: nodes of the graph, which ascend by id.
 VoidGraph clusterTile(const TileMask& voids, const Voxel& corner, const ClusterRule& rule, RunLabels& runs);
 
 /// Directions whose tiles see that labels have changed, as bits.
 uint32_t changedDirections(const LabelledMask& before, const LabelledMask& after);
 
-/// Labels of `own` next to labels around: `around[d]` are those of the tile in direction d, nullptr for none.
-/// Only directions from `first` on are looked at. Each link once.
-std::vector<TileLink> linksAround(const LabelledMask& own, const std::array<const LabelledMask*, 27>& around,
-                                  int first);
+/// Find anew the links of `own` in some directions. @param around by direction the masks of the tiles there,
+/// nullptr for none. @param which directions, as bits. @param[in,out] links in order of direction, each once.
+void relink(const LabelledMask& own, const std::array<const LabelledMask*, 27>& around, uint32_t which,
+            std::vector<TileLink>& links);
 
 }  // namespace fv

@@ -18,6 +18,7 @@ struct ClusterRule {
 struct VoidNode {
   Moments moments;
   uint64_t id;  ///< smallest voxelId in it: breaks ties, the same in every order of building
+  bool operator==(const VoidNode& o) const { return id == o.id && moments == o.moments; }
 };
 
 /// A graph of neighbouring nodes: edges (a < b), each once.

@@ -104,7 +104,8 @@ void bindConfig(py::module_& m) {
 std::vector<std::pair<int, py::array_t<int>>> frontierVoids(const PyEvaluation& e) {
   std::vector<std::pair<int, py::array_t<int>>> out;
   for (const FrontierVoid& fv : e.result().frontier_voids)
-    out.emplace_back(fv.ellipsoid, toArray(fv.clusters));
+    out.emplace_back(fv.ellipsoid,
+                     py::array_t<int>(fv.last - fv.first, &e.result().neighbour_clusters[fv.first]));
   return out;
 }
 

@@ -81,6 +81,7 @@ py::tuple plainUtility(const Evaluator& e, double max_range_m) {
       t[axis] += delta[axis];
     }
   };
+  const std::vector<int>& neighbours = e.evaluation().neighbour_clusters;
   for (const FrontierVoid& fv : e.evaluation().frontier_voids) {
     const Ellipsoid& v = e.evaluation().ellipsoids[fv.ellipsoid];
     for (int corner = 0; corner < 7; ++corner) {
@@ -89,7 +90,7 @@ py::tuple plainUtility(const Evaluator& e, double max_range_m) {
         c += (corner % 2 ? 1 : -1) * v.semi_axes[(corner - 1) / 2] * v.axes.col((corner - 1) / 2);
       for (std::size_t i = 0; i < voxels.size(); ++i) {
         if (!e.hull().contains(voxels[i])) continue;
-        if (!std::binary_search(fv.clusters.begin(), fv.clusters.end(), clusters[i])) continue;
+        if (!std::binary_search(&neighbours[fv.first], neighbours.data() + fv.last, clusters[i])) continue;
         const Eigen::Vector3d away = map.centre(voxels[i]) - c;
         if (away.norm() > 0) cast(voxels[i], away / away.norm(), v.volume);
       }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <climits>
 #include <cstdio>
+#include <numeric>
 
 extern "C" {
 #include <libqhull_r/qhull_ra.h>
@@ -58,21 +59,18 @@ class QhullRun {
   QhullRun(const QhullRun&) = delete;
   QhullRun& operator=(const QhullRun&) = delete;
 
-  std::vector<std::array<int, 3>> triangles() {
-    std::vector<std::array<int, 3>> out;
-    if (!ok_) return out;
-    qhT* qh = &qh_;  // the name that Qhull's macros expect
-    facetT* facet;
-    vertexT *vertex, **vertexp;
-    FORALLfacets {
-      std::array<int, 3> corners{};
-      int i = 0;
-      FOREACHvertex_(facet->vertices) {
-        if (i < 3) corners[i] = qh_pointid(qh, vertex->point);
-        ++i;
-      }
-      if (i == 3) out.push_back(corners);
+  /// Indices of the voxels that are corners; all voxels when Qhull fails.
+  std::vector<int> corners() {
+    std::vector<int> out;
+    if (!ok_) {
+      out.resize(coordinates_.size() / 3);
+      std::iota(out.begin(), out.end(), 0);
+      return out;
     }
+    qhT* qh = &qh_;  // the name that Qhull's macros expect
+    vertexT* vertex;
+    FORALLvertices out.push_back(qh_pointid(qh, vertex->point));
+    std::sort(out.begin(), out.end());
     return out;
   }
 
@@ -81,6 +79,76 @@ class QhullRun {
   std::vector<coordT> coordinates_;
   FILE* errors_;
   bool ok_;
+};
+
+/// 0..count-1 in an order without system: the first few span most of the hull, the others change little.
+std::vector<int> mixedOrder(std::size_t count) {
+  std::vector<int> order(count);
+  std::iota(order.begin(), order.end(), 0);
+  uint32_t state = 1;
+  for (std::size_t i = count; i > 1; --i) {
+    state = state * 1664525u + 1013904223u;  // Numerical Recipes' generator: the same everywhere
+    std::swap(order[i - 1], order[static_cast<std::size_t>(state >> 8) % i]);
+  }
+  return order;
+}
+
+/// Closed surface of triangles around voxels that grows with each voxel outside (beneath-beyond), exact.
+/// Triangles that the new voxel lies above are replaced by a fan of others between it and their rim. One in
+/// whose plane it lies stays: the rim is the same as for a voxel a little further inside, a single ring.
+class GrowingHull {
+ public:
+  GrowingHull(const std::vector<Voxel>& vertices, std::vector<HullTriangle>& triangles)
+      : vertices_(vertices), triangles_(triangles) {}
+
+  /// Begin with a tetrahedron of four of the vertices.
+  void begin(const std::array<int, 4>& base) {
+    for (int apex = 0; apex < 4; ++apex) {
+      std::array<int, 3> corners{base[(apex + 1) % 4], base[(apex + 2) % 4], base[(apex + 3) % 4]};
+      if (height(triangle(corners), vertices_[base[apex]]) > 0) std::swap(corners[1], corners[2]);
+      triangles_.push_back(triangle(corners));
+    }
+  }
+
+  /// @return whether vertex i lay outside. `kept`: of that many triangles, from the first on, it is told how
+  /// many are left.
+  bool add(int i, std::size_t& kept) {
+    rim_.clear();
+    std::size_t left = 0, left_of_kept = 0;
+    for (std::size_t k = 0; k < triangles_.size(); ++k) {
+      const HullTriangle& t = triangles_[k];
+      if (height(t, vertices_[i]) > 0) {
+        for (int c = 0; c < 3; ++c) rim_.emplace_back(t.corners[c], t.corners[(c + 1) % 3]);
+        continue;
+      }
+      left_of_kept += k < kept;
+      if (left != k) triangles_[left] = t;
+      ++left;
+    }
+    if (rim_.empty()) return false;
+    kept = left_of_kept;
+    triangles_.resize(left);
+    std::sort(rim_.begin(), rim_.end());
+    for (const auto& [from, to] : rim_)  // an edge between two of the triangles is there both ways
+      if (!std::binary_search(rim_.begin(), rim_.end(), std::pair(to, from)))
+        triangles_.push_back(triangle({from, to, i}));
+    return true;
+  }
+
+ private:
+  HullTriangle triangle(const std::array<int, 3>& corners) const {
+    const Vector3l a = vertices_[corners[0]].cast<int64_t>();
+    return {corners,
+            (vertices_[corners[1]].cast<int64_t>() - a).cross(vertices_[corners[2]].cast<int64_t>() - a)};
+  }
+  /// Above the plane of a triangle: positive.
+  int64_t height(const HullTriangle& t, const Voxel& v) const {
+    return t.normal.dot((v - vertices_[t.corners[0]]).cast<int64_t>());
+  }
+
+  const std::vector<Voxel>& vertices_;
+  std::vector<HullTriangle>& triangles_;
+  std::vector<std::pair<int, int>> rim_;
 };
 
 int64_t floorDivide(int64_t a, int64_t b) {  // b > 0
@@ -146,14 +214,6 @@ void cutRows(HullRows& hull, const HullTriangle& triangle) {
   });
 }
 
-/// The corners of a triangle, the same in every hull that has it.
-std::array<uint64_t, 3> triangleId(const HullRows& hull, const HullTriangle& triangle) {
-  std::array<uint64_t, 3> id;
-  for (int i = 0; i < 3; ++i) id[i] = voxelId(hull.vertices[triangle.corners[i]]);
-  std::sort(id.begin(), id.end());
-  return id;
-}
-
 /// Corners of the convex polygon around the extremes of one layer (Andrew's monotone chain), exact.
 void layerCorners(const GridFrame& frame, const RowExtremes& rows, int z, std::vector<Voxel>& out) {
   std::vector<Voxel> chain[2];
@@ -195,25 +255,51 @@ std::vector<Voxel> layeredCorners(const GridFrame& frame, const std::vector<Voxe
   return out;
 }
 
+/// Closed surface around voxels that span space.
+/// @param base four of the vertices that span it.
+std::vector<HullTriangle> surfaceAround(const std::vector<Voxel>& vertices, const std::array<int, 4>& base) {
+  std::vector<HullTriangle> triangles;
+  GrowingHull hull(vertices, triangles);
+  hull.begin(base);
+  std::size_t none = 0;
+  for (const int i : mixedOrder(vertices.size())) hull.add(i, none);
+  return triangles;
+}
+
+/// Vertices in which three or more planes meet; others have ceased to be corners, or never were.
+std::vector<Voxel> sharpCorners(const std::vector<Voxel>& vertices,
+                                const std::vector<HullTriangle>& triangles) {
+  std::vector<std::array<const Vector3l*, 2>> seen(vertices.size(), {nullptr, nullptr});
+  std::vector<uint8_t> sharp(vertices.size(), 0);
+  const auto parallel = [](const Vector3l& a, const Vector3l& b) { return a.cross(b).isZero(); };
+  for (const HullTriangle& triangle : triangles)
+    for (const int corner : triangle.corners) {
+      auto& [one, two] = seen[corner];
+      if (!one)
+        one = &triangle.normal;
+      else if (parallel(*one, triangle.normal))
+        continue;
+      else if (!two)
+        two = &triangle.normal;
+      else if (!parallel(*two, triangle.normal))
+        sharp[corner] = 1;
+    }
+  std::vector<Voxel> out;
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    if (sharp[i]) out.push_back(vertices[i]);
+  return out;
+}
+
 }  // namespace
 
-std::vector<HullTriangle> hullTriangles(const std::vector<Voxel>& voxels) {
+std::vector<HullTriangle> hullTriangles(std::vector<Voxel>& voxels) {
   std::array<int, 4> base;
   if (!spanning(voxels, base)) return {};
-  Vector3l inside4 = Vector3l::Zero();  // four times a point inside
-  for (const int i : base) inside4 += voxels[i].cast<int64_t>();
-  std::vector<HullTriangle> out;
-  for (std::array<int, 3> corners : QhullRun(voxels).triangles()) {
-    const Vector3l a = voxels[corners[0]].cast<int64_t>();
-    Vector3l normal = (voxels[corners[1]].cast<int64_t>() - a).cross(voxels[corners[2]].cast<int64_t>() - a);
-    if (normal.isZero()) continue;  // three points of one line, from triangulating a flat facet
-    if (normal.dot(inside4 - 4 * a) > 0) {
-      std::swap(corners[1], corners[2]);
-      normal = -normal;
-    }
-    out.push_back({corners, normal});
-  }
-  return out;
+  std::vector<Voxel> corners;
+  for (const int i : QhullRun(voxels).corners()) corners.push_back(voxels[i]);
+  if (!spanning(corners, base)) return {};
+  voxels = std::move(corners);
+  return surfaceAround(voxels, base);
 }
 
 HullRows::HullRows(const GridFrame& f)
@@ -237,31 +323,32 @@ HullRows hullOfRows(const GridFrame& frame, const RowExtremes& rows) {
   return hull;
 }
 
-HullRows grownHull(const HullRows& hull, const std::vector<Voxel>& added) {
-  HullRows next = hull;
-  next.vertices = layeredCorners(hull.frame, added);
-  std::vector<std::array<uint64_t, 3>> kept;
-  for (const HullTriangle& triangle : hull.triangles) {
-    kept.push_back(triangleId(hull, triangle));
-    for (const int corner : triangle.corners) next.vertices.push_back(hull.vertices[corner]);
-  }
-  const auto less = [](const Voxel& a, const Voxel& b) { return voxelId(a) < voxelId(b); };
-  std::sort(next.vertices.begin(), next.vertices.end(), less);
-  next.vertices.erase(std::unique(next.vertices.begin(), next.vertices.end()), next.vertices.end());
-  next.triangles = hullTriangles(next.vertices);
-  std::sort(kept.begin(), kept.end());
-  std::vector<HullTriangle> fresh;
-  for (const HullTriangle& triangle : next.triangles)
-    if (!std::binary_search(kept.begin(), kept.end(), triangleId(next, triangle))) fresh.push_back(triangle);
-  for (const HullTriangle& triangle : fresh)  // what old triangles say of these rows no longer holds
-    forShadow(next, triangle, [&](std::size_t row, int count, int64_t, int64_t) {
-      if (triangle.normal.x() > 0)
-        std::fill_n(next.high.begin() + row, count, INT_MAX);
-      else
-        std::fill_n(next.low.begin() + row, count, INT_MIN);
+std::vector<HullRows::Before> HullRows::grow(const std::vector<Voxel>& added) {
+  std::size_t kept = triangles.size();
+  GrowingHull hull(vertices, triangles);
+  const std::size_t old = vertices.size();
+  const std::vector<Voxel> candidates = layeredCorners(frame, added);
+  vertices.insert(vertices.end(), candidates.begin(), candidates.end());
+  for (const int i : mixedOrder(candidates.size())) hull.add(static_cast<int>(old) + i, kept);
+  // What old triangles say of the rows below the new ones no longer holds.
+  std::vector<Before> before;
+  for (std::size_t i = kept; i < triangles.size(); ++i)
+    forShadow(*this, triangles[i], [&](std::size_t row, int count, int64_t, int64_t) {
+      for (std::size_t r = row; r < row + count; ++r) before.push_back({r, low[r], high[r]});
     });
-  for (const HullTriangle& triangle : fresh) cutRows(next, triangle);
-  return next;
+  for (std::size_t i = kept; i < triangles.size(); ++i)
+    forShadow(*this, triangles[i], [&](std::size_t row, int count, int64_t, int64_t) {
+      if (triangles[i].normal.x() > 0)
+        std::fill_n(high.begin() + row, count, INT_MAX);
+      else
+        std::fill_n(low.begin() + row, count, INT_MIN);
+    });
+  for (std::size_t i = kept; i < triangles.size(); ++i) cutRows(*this, triangles[i]);
+  std::array<int, 4> base;
+  vertices = sharpCorners(vertices, triangles);
+  spanning(vertices, base);
+  triangles = surfaceAround(vertices, base);
+  return before;
 }
 
 }  // namespace fv

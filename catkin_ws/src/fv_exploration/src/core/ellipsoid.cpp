@@ -50,6 +50,22 @@ void Moments::add(const Voxel& v) {
   product[5] += y * z;
 }
 
+void Moments::addRow(const Voxel& first, int length) {
+  const int64_t x = first.x(), y = first.y(), z = first.z(), k = length;
+  const int64_t sum_i = k * (k - 1) / 2, sum_ii = k * (k - 1) * (2 * k - 1) / 6;  // of 0, 1, ... k - 1
+  const int64_t sum_x = k * x + sum_i;
+  n += k;
+  sum[0] += sum_x;
+  sum[1] += k * y;
+  sum[2] += k * z;
+  product[0] += k * x * x + 2 * x * sum_i + sum_ii;
+  product[1] += k * y * y;
+  product[2] += k * z * z;
+  product[3] += sum_x * y;
+  product[4] += sum_x * z;
+  product[5] += k * y * z;
+}
+
 bool Moments::operator==(const Moments& o) const {
   return n == o.n && std::equal(sum, sum + 3, o.sum) && std::equal(product, product + 6, o.product);
 }

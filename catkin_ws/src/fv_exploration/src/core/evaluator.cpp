@@ -73,44 +73,57 @@ void Evaluator::reset() {
           RowClasses(&flags_[frame_.index(corner + Voxel(0, row % kTile, row / kTile))]).unknown);
   }
   components_.assign(count, 0);
-  nodes_.assign(count, 0);
+  labels_.assign(count, 0);
+  first_component_.assign(count, 0);
+  first_label_.assign(count, 0);
   const Voxel groups = (frame_.tiles + Voxel::Constant(3)) / 4;
   groups_.assign(groups.prod(), {});
-  group_tiles_.assign(groups.prod(), {});
   group_of_.resize(count);
-  first_in_group_.resize(count);
   for (int t = 0; t < count; ++t) {
     const Voxel g = frame_.tile(t) / 4;
     group_of_[t] = (g.z() * groups.y() + g.y()) * groups.x() + g.x();
-    group_tiles_[group_of_[t]].push_back(t);
+    groups_[group_of_[t]].tiles.push_back(t);
   }
+  joined_.clear();
   seen_sequence_ = 0;
 }
 
 const Evaluation& Evaluator::update() {
   if (!(frame_ == map_.frame())) reset();
   const int64_t number = evaluation_->update + 1;
-  evaluation_ = std::make_shared<Evaluation>();
+  nextEvaluation();
   evaluation_->update = number;
   Stopwatch watch(evaluation_->timings);
   std::vector<uint8_t> stale(frame_.tileCount(), 0);
   readChanges(stale);
   watch.lap("changes");
-  updateHull(stale);
-  watch.lap("hull");
-  refreshTiles(stale);
-  watch.lap("tiles");
+  refreshFrontiers(stale);
+  watch.lap("hull_and_frontiers");
+  refreshVoids(stale);
+  watch.lap("voids");
   if (!config_.tiled) clusterWhole();
-  relink();
+  std::vector<uint8_t> stale_groups(groups_.size(), 0);
+  relinkTiles(stale_groups);
   watch.lap("links");
+  refreshGroups(stale_groups);
+  watch.lap("groups");
   numberFrontiers();
-  watch.lap("frontiers");
-  if (config_.tiled) clusterTiled();
-  watch.lap("ellipsoids");
+  if (config_.tiled) joinAcross();
+  rankEllipsoids();
+  watch.lap("clusters");
   pairFrontierVoids();
   watch.lap("frontier_voids");
   seen_sequence_ = evaluation_->map_sequence = map_.sequence();
   return *evaluation_;
+}
+
+/// A new result, with the memory of the one before the last when nobody looks at it any more.
+void Evaluator::nextEvaluation() {
+  std::swap(evaluation_, spare_);
+  if (evaluation_ && evaluation_.use_count() == 1)
+    evaluation_->clear();
+  else
+    evaluation_ = std::make_shared<Evaluation>();
 }
 
 bool Evaluator::readTile(int tile, bool all_rows, TileChange& change) {
@@ -148,11 +161,9 @@ void Evaluator::readChanges(std::vector<uint8_t>& stale) {
                    for (int i = begin; i < end; ++i) readTile(candidates[i], all_rows, changes[i]);
                  });
   for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const std::array<int, 27> around = neighbours(candidates[i]);
     for (int d = 0; d < 27; ++d)
-      if (changes[i].touched >> d & 1) {
-        const int n = neighbourIndex(candidates[i], d);
-        if (n >= 0) stale[n] = 1;
-      }
+      if (changes[i].touched >> d & 1 && around[d] >= 0) stale[around[d]] = 1;
     for (const auto& [voxel, occupied] : changes[i].occupied) noteOccupied(voxel, occupied);
   }
 }
@@ -180,45 +191,57 @@ void Evaluator::noteOccupied(const Voxel& v, bool occupied) {
     }
 }
 
+/// Tiles of voxels that the hull gains or loses become stale.
 void Evaluator::updateHull(std::vector<uint8_t>& stale) {
   if (!hull_shrinks_ && hull_grows_.empty()) return;
-  takeHull(
-      hull_shrinks_ || hull_.empty() ? hullOfRows(frame_, occupied_rows_) : grownHull(hull_, hull_grows_),
-      stale);
+  if (hull_shrinks_ || hull_.empty()) {
+    HullRows before = hullOfRows(frame_, occupied_rows_);
+    std::swap(hull_, before);
+    for (std::size_t row = 0; row < hull_.low.size(); ++row)
+      markRow({row, before.low[row], before.high[row]}, stale);
+  } else {
+    for (const HullRows::Before& before : hull_.grow(hull_grows_)) markRow(before, stale);
+  }
   hull_shrinks_ = false;
   hull_grows_.clear();
   hull_corners_.clear();
-  for (const HullTriangle& triangle : hull_.triangles)
-    for (const int corner : triangle.corners) hull_corners_.push_back(voxelId(hull_.vertices[corner]));
+  for (const Voxel& corner : hull_.vertices) hull_corners_.push_back(voxelId(corner));
   std::sort(hull_corners_.begin(), hull_corners_.end());
 }
 
-/// Replace the hull; tiles of voxels that it gains or loses become stale.
-void Evaluator::takeHull(HullRows next, std::vector<uint8_t>& stale) {
-  const auto mark = [&](int from, int to, int y, int z) {  // voxels from <= x < to have changed
-    for (int x = std::max(from, frame_.origin.x()); x < std::min(to, frame_.end().x());
-         x = floorDiv(x, kTile) * kTile + kTile)
-      stale[frame_.tileOf({x, y, z})] = 1;
+/// Mark the tiles of the voxels of a row that the hull has gained or lost.
+void Evaluator::markRow(const HullRows::Before& before, std::vector<uint8_t>& stale) const {
+  const int low = hull_.low[before.row], high = hull_.high[before.row];
+  if (before.low == low && before.high == high) return;
+  const int ny = frame_.dims().y(), y = static_cast<int>(before.row % ny),
+            z = static_cast<int>(before.row / ny);
+  const auto mark = [&](int from, int to) {  // voxels from <= x < to have changed
+    from = std::max(from, frame_.origin.x());
+    to = std::min(to, frame_.end().x());
+    for (int x = from; x < to; x = floorDiv(x, kTile) * kTile + kTile)
+      stale[frame_.tileOf({x, y + frame_.origin.y(), z + frame_.origin.z()})] = 1;
   };
-  for (int z = frame_.origin.z(); z < frame_.end().z(); ++z)
-    for (int y = frame_.origin.y(); y < frame_.end().y(); ++y) {
-      const std::size_t r = next.row(y, z);
-      const bool was = hull_.low[r] <= hull_.high[r], is = next.low[r] <= next.high[r];
-      if (was && is) {
-        mark(std::min(hull_.low[r], next.low[r]), std::max(hull_.low[r], next.low[r]), y, z);
-        mark(std::min(hull_.high[r], next.high[r]) + 1, std::max(hull_.high[r], next.high[r]) + 1, y, z);
-      } else if (was || is) {
-        const HullRows& rows = was ? hull_ : next;
-        mark(rows.low[r], rows.high[r] + 1, y, z);
-      }
-    }
-  hull_ = std::move(next);
+  const bool was = before.low <= before.high, is = low <= high;
+  if (was && is) {
+    mark(std::min(before.low, low), std::max(before.low, low));
+    mark(std::min(before.high, high) + 1, std::max(before.high, high) + 1);
+  } else if (was || is) {
+    mark(was ? before.low : low, (was ? before.high : high) + 1);
+  }
 }
 
-int Evaluator::neighbourIndex(int tile, int direction) const {
-  const Voxel n = frame_.tile(tile) + directionStep(direction);
-  if ((n.array() < 0).any() || (n.array() >= frame_.tiles.array()).any()) return -1;
-  return frame_.tileIndex(n);
+/// The tiles in all directions; -1 beyond the frame.
+std::array<int, 27> Evaluator::neighbours(int t) const {
+  std::array<int, 27> out;
+  const Voxel at = frame_.tile(t);
+  const auto inside = [](int c, int count) { return c >= 0 && c < count; };
+  for (int d = 0; d < 27; ++d) {
+    const Voxel n = at + directionStep(d);
+    const bool within =
+        inside(n.x(), frame_.tiles.x()) && inside(n.y(), frame_.tiles.y()) && inside(n.z(), frame_.tiles.z());
+    out[d] = within ? t + step_to_[d] : -1;
+  }
+  return out;
 }
 
 }  // namespace fv

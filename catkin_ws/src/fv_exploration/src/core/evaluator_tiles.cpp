@@ -1,17 +1,13 @@
 // The part of Evaluator that makes frontiers and voids of classes, labels them and links the labels of
 // neighbouring tiles.
 #include <algorithm>
+#include <cstring>
 
 #include "fv_exploration/evaluator.h"
 #include "fv_exploration/parallel.h"
 #include "marked_tiles.h"
 
 namespace fv {
-
-/// Frontier and void voxels of a tile.
-struct Evaluator::TileMasks {
-  TileMask frontier, voids;
-};
 
 namespace {
 
@@ -38,144 +34,185 @@ uint16_t intervalRow(int start, int low, int high) {
 
 }  // namespace
 
-/// What the masks of a tile are now.
-void Evaluator::readMasks(int t, TileMasks& masks) const {
+/// Free voxels with an unknown neighbour.
+TileMask Evaluator::frontierMask(int t) const {
   static const TileMask kNothing{}, kEverything = [] {
     TileMask mask;
     mask.fill(0xffff);
     return mask;
   }();
+  TileMask out{};
+  if (maskEmpty(classes_[t].free)) return out;
+  const std::array<int, 27> tiles = neighbours(t);
   std::array<const TileMask*, 27> around;
   for (int d = 0; d < 27; ++d) {
-    const int n = neighbourIndex(t, d);
+    const int n = tiles[d];
     around[d] = n >= 0 ? &classes_[n].unknown : map_.bounded() ? &kNothing : &kEverything;
   }
-  std::array<uint32_t, 18 * 18> unknown, wide;
-  unknownRows(around, unknown);
-  for (std::size_t i = 0; i < unknown.size(); ++i) wide[i] = unknown[i] | unknown[i] << 1 | unknown[i] >> 1;
-  const Voxel corner = tileCorner(t);
+  std::array<uint32_t, 18 * 18> rows, beside;  // with their neighbours along x, and those along y
+  unknownRows(around, rows);
+  for (uint32_t& row : rows) row |= row << 1 | row >> 1;
+  for (std::size_t i = 1; i + 1 < rows.size(); ++i) beside[i] = rows[i - 1] | rows[i] | rows[i + 1];
   for (int z = 0; z < kTile; ++z)
     for (int y = 0; y < kTile; ++y) {
-      uint32_t near = 0;
-      for (int dz = 0; dz < 3; ++dz)
-        for (int dy = 0; dy < 3; ++dy) near |= wide[(y + dy) + 18 * (z + dz)];
-      const int row = y + kTile * z;
-      masks.frontier[row] = static_cast<uint16_t>(near >> 1) & classes_[t].free[row];
-      const std::size_t r = hull_.row(corner.y() + y, corner.z() + z);
-      masks.voids[row] = classes_[t].unknown[row] & intervalRow(corner.x(), hull_.low[r], hull_.high[r]);
+      const int i = (y + 1) + 18 * (z + 1);
+      const uint32_t near = beside[i - 18] | beside[i] | beside[i + 18];
+      out[y + kTile * z] = static_cast<uint16_t>(near >> 1) & classes_[t].free[y + kTile * z];
     }
+  return out;
 }
 
-void Evaluator::refreshTiles(const std::vector<uint8_t>& stale) {
+/// Unknown voxels inside the hull.
+TileMask Evaluator::voidMask(int t) const {
+  TileMask out;
+  const Voxel corner = tileCorner(t);
+  for (int row = 0; row < kTile * kTile; ++row) {
+    const std::size_t r = hull_.row(corner.y() + row % kTile, corner.z() + row / kTile);
+    out[row] = classes_[t].unknown[row] & intervalRow(corner.x(), hull_.low[r], hull_.high[r]);
+  }
+  return out;
+}
+
+/// Update the frontiers of some tiles; beside it, since it does not touch them, the hull.
+/// @param[in,out] stale tiles whose frontiers are to be updated; then those whose voids are.
+void Evaluator::refreshFrontiers(std::vector<uint8_t>& stale) {
   frontier_touched_.assign(tiles_.size(), 0);
+  const std::vector<int> list = marked(stale);
+  countVoxels(list, -1);
+  parallelChunks(static_cast<int>(list.size()) + 1, threadCount(config_.threads), 1, [&](int i, int, int) {
+    if (i == 0)
+      updateHull(stale);
+    else
+      refreshFrontier(list[i - 1]);
+  });
+  countVoxels(list, 1);
+}
+
+void Evaluator::refreshVoids(const std::vector<uint8_t>& stale) {
   void_touched_.assign(tiles_.size(), 0);
   const std::vector<int> list = marked(stale);
-  const int count = static_cast<int>(list.size()), threads = threadCount(config_.threads);
-  std::vector<TileMasks> masks(list.size());
-  parallelChunks(count, threads, 4, [&](int begin, int end, int) {
-    for (int i = begin; i < end; ++i) readMasks(list[i], masks[i]);
-  });
-  const auto addCounts = [&](int sign) {
-    for (const int t : list)
-      if (tiles_[t]) {
-        frontier_voxels_ += sign * tiles_[t]->frontier.count;
-        void_voxels_ += sign * tiles_[t]->voids.count;
-      }
-  };
-  addCounts(-1);
-  parallelChunks(count, threads, 1, [&](int begin, int end, int) {
-    for (int i = begin; i < end; ++i) refreshTile(list[i], masks[i]);
-  });
-  addCounts(1);
-  evaluation_->counts["tiles_stale"] = count;
+  countVoxels(list, -1);
+  parallelChunks(static_cast<int>(list.size()), threadCount(config_.threads), 1,
+                 [&](int i, int, int) { refreshVoid(list[i]); });
+  countVoxels(list, 1);
+  evaluation_->counts["tiles_stale"] = static_cast<int64_t>(list.size());
 }
 
-void Evaluator::refreshTile(int t, const TileMasks& masks) {
-  if (!tiles_[t]) {
-    if (maskEmpty(masks.frontier) && maskEmpty(masks.voids)) return;
-    tiles_[t] = std::make_unique<Tile>();
-  }
-  Tile& tile = *tiles_[t];
-  writeFlags(t, masks);
-  if (tile.frontier.mask != masks.frontier) {
-    LabelledMask next;
-    next.mask = masks.frontier;
-    next.count = maskCount(next.mask);
-    components_[t] = labelComponents(next.mask, next.runs);
-    frontier_touched_[t] = changedDirections(tile.frontier, next);
-    tile.frontier = std::move(next);
-  }
-  if (tile.voids.mask != masks.voids) {
-    LabelledMask next;
-    next.mask = masks.voids;
-    next.count = maskCount(next.mask);
-    if (config_.tiled) {
-      tile.graph = clusterTile(next.mask, tileCorner(t), rule(), next.runs);
-      nodes_[t] = static_cast<int>(tile.graph.nodes.size());
-      void_touched_[t] = changedDirections(tile.voids, next);
+/// Add the voxels of some tiles to the counts of all, or take them away.
+void Evaluator::countVoxels(const std::vector<int>& tiles, int sign) {
+  for (const int t : tiles)
+    if (tiles_[t]) {
+      frontier_voxels_ += sign * tiles_[t]->frontier.count;
+      void_voxels_ += sign * tiles_[t]->voids.count;
     }
-    tile.voids = std::move(next);
-  }
 }
 
-/// Write the flags of a tile's rows whose masks are about to change.
-void Evaluator::writeFlags(int t, const TileMasks& masks) {
+Tile* Evaluator::tileWith(int t, const TileMask& mask) {
+  if (!tiles_[t] && !maskEmpty(mask)) tiles_[t] = std::make_unique<Tile>();
+  return tiles_[t].get();
+}
+
+void Evaluator::refreshFrontier(int t) {
+  const TileMask mask = frontierMask(t);
+  Tile* tile = tileWith(t, mask);
+  if (!tile || tile->frontier.mask == mask) return;
+  writeFlags(t, tile->frontier.mask, mask, kFrontierFlag);
+  LabelledMask next;
+  next.mask = mask;
+  next.count = maskCount(mask);
+  components_[t] = labelComponents(mask, next.runs);
+  frontier_touched_[t] = changedDirections(tile->frontier, next);
+  tile->frontier = std::move(next);
+}
+
+void Evaluator::refreshVoid(int t) {
+  const TileMask mask = voidMask(t);
+  Tile* tile = tileWith(t, mask);
+  if (!tile || tile->voids.mask == mask) return;
+  writeFlags(t, tile->voids.mask, mask, kVoidFlag);
+  LabelledMask next;
+  next.mask = mask;
+  next.count = maskCount(mask);
+  if (config_.tiled) {
+    tile->graph = clusterTile(mask, tileCorner(t), rule(), next.runs);
+    labels_[t] = static_cast<int>(tile->graph.nodes.size());
+    void_touched_[t] = changedDirections(tile->voids, next);
+  }
+  tile->voids = std::move(next);
+}
+
+/// Write a flag in the rows of a tile in which its mask changes.
+void Evaluator::writeFlags(int t, const TileMask& before, const TileMask& after, uint8_t flag) {
+  constexpr uint64_t kOnes = 0x0101010101010101u;
   for (int row = 0; row < kTile * kTile; ++row) {
-    if (masks.frontier[row] == tiles_[t]->frontier.mask[row] &&
-        masks.voids[row] == tiles_[t]->voids.mask[row])
-      continue;
+    if (before[row] == after[row]) continue;
     uint8_t* cells = &flags_[frame_.index(tileCorner(t) + Voxel(0, row % kTile, row / kTile))];
-    for (int x = 0; x < kTile; ++x) {
-      const int frontier = masks.frontier[row] >> x & 1, voids = masks.voids[row] >> x & 1;
-      cells[x] = static_cast<uint8_t>((cells[x] & kClassMask) | frontier * kFrontierFlag | voids * kVoidFlag);
+    for (int half = 0; half < 2; ++half) {
+      // Eight bits as eight bytes: each byte keeps one of them, as any bit, and then as the lowest.
+      const uint64_t bits = (after[row] >> 8 * half & 0xff) * kOnes & 0x8040201008040201u;
+      const uint64_t bytes = ((bits + 0x7f * kOnes) | bits) >> 7 & kOnes;
+      uint64_t w;
+      std::memcpy(&w, cells + 8 * half, 8);
+      w = (w & ~(flag * kOnes)) | flag * bytes;
+      std::memcpy(cells + 8 * half, &w, 8);
     }
   }
 }
 
-namespace {
-enum Relink : uint8_t { kFrontierLinks = 1, kVoidLinks = 2, kFrontierVoids = 4 };
-}  // namespace
+/// Directions in which links of a tile are to be found anew, as bits.
+struct Evaluator::StaleLinks {
+  uint32_t frontiers = 0, voids = 0, frontier_voids = 0;
+  bool any() const { return frontiers | voids | frontier_voids; }
+};
 
-/// Find anew the links of tiles that see changed labels: their own, or those of a tile next to them.
-void Evaluator::relink() {
-  std::vector<uint8_t> what(tiles_.size(), 0);
-  const auto see = [&](int t, uint32_t touched, uint8_t links, uint8_t links_ahead) {
-    for (int d = 0; d < 27; ++d) {
-      if (!(touched >> d & 1)) continue;
-      const int n = neighbourIndex(t, d);
-      if (n < 0) continue;
-      what[n] |= links;
-      if (d < 13) what[n] |= links_ahead;  // to it the changed tile lies ahead
-    }
-  };
+/// Find anew the links of tiles that see changed labels, their own or those of a tile next to them.
+/// @param[out] stale_groups that such tiles belong to.
+void Evaluator::relinkTiles(std::vector<uint8_t>& stale_groups) {
+  constexpr uint32_t kAhead = ~0u << 14;
+  std::vector<StaleLinks> stale(tiles_.size());
   for (int t = 0; t < static_cast<int>(tiles_.size()); ++t) {
     const uint32_t frontier = frontier_touched_[t], voids = void_touched_[t];
-    constexpr uint32_t kItself = 1u << 13;
-    if (frontier) what[t] |= kFrontierVoids | (frontier & ~kItself ? kFrontierLinks : 0);
-    if (voids & ~kItself) what[t] |= kVoidLinks;
-    see(t, frontier, 0, kFrontierLinks);
-    see(t, voids, kFrontierVoids, kVoidLinks);
+    if (!(frontier | voids)) continue;
+    stale[t].frontiers |= frontier & kAhead;
+    stale[t].voids |= voids & kAhead;
+    stale[t].frontier_voids |= frontier;
+    const std::array<int, 27> around = neighbours(t);
+    for (int d = 0; d < 27; ++d) {
+      const int n = around[d];
+      if (n < 0) continue;
+      const uint32_t back = 1u << (26 - d);  // the direction in which it sees this tile
+      if (frontier >> d & 1) stale[n].frontiers |= back & kAhead;
+      if (voids >> d & 1) {
+        stale[n].voids |= back & kAhead;
+        stale[n].frontier_voids |= back;
+      }
+    }
   }
-  const std::vector<int> list = marked(what);
-  parallelChunks(static_cast<int>(list.size()), threadCount(config_.threads), 2,
+  std::vector<int> list;
+  for (int t = 0; t < static_cast<int>(tiles_.size()); ++t)
+    if (stale[t].any() && tiles_[t]) {
+      list.push_back(t);
+      stale_groups[group_of_[t]] = 1;
+    }
+  parallelChunks(static_cast<int>(list.size()), threadCount(config_.threads), 4,
                  [&](int begin, int end, int) {
-                   for (int i = begin; i < end; ++i)
-                     if (tiles_[list[i]]) relinkTile(list[i], what[list[i]]);
+                   for (int i = begin; i < end; ++i) relinkTile(list[i], stale[list[i]]);
                  });
 }
 
-void Evaluator::relinkTile(int t, uint8_t what) {
+void Evaluator::relinkTile(int t, const StaleLinks& stale) {
   Tile& tile = *tiles_[t];
+  const std::array<int, 27> around = neighbours(t);
   std::array<const LabelledMask*, 27> frontiers{}, voids{};
   for (int d = 0; d < 27; ++d) {
-    const int n = neighbourIndex(t, d);
+    const int n = around[d];
     if (n < 0 || !tiles_[n]) continue;
     if (tiles_[n]->frontier.count) frontiers[d] = &tiles_[n]->frontier;
     if (tiles_[n]->voids.count) voids[d] = &tiles_[n]->voids;
   }
-  if (what & kFrontierLinks) tile.frontier_links = linksAround(tile.frontier, frontiers, 14);
-  if (what & kVoidLinks) tile.void_links = linksAround(tile.voids, voids, 14);
-  if (what & kFrontierVoids) tile.frontier_voids = linksAround(tile.frontier, voids, 0);
+  relink(tile.frontier, frontiers, stale.frontiers, tile.frontier_links);
+  relink(tile.voids, voids, stale.voids, tile.void_links);
+  relink(tile.frontier, voids, stale.frontier_voids, tile.frontier_voids);
 }
 
 }  // namespace fv

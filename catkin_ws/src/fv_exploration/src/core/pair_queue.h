@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <climits>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -21,6 +22,9 @@ struct Pair {
 /// only the nearest bucket is in order, so that a million pairs do not wander through the caches.
 class PairQueue {
  public:
+  /// @param pairs about how many there will be. Few of them stay in the caches anyway: one heap for all.
+  explicit PairQueue(std::size_t pairs) : front_(pairs < 2048 ? INT_MAX - 1 : -1) {}
+
   void push(const Pair& pair) {
     const int bucket = bucketOf(pair.squared_distance);
     if (bucket > front_) return store(pair, bucket);
@@ -108,7 +112,7 @@ class PairQueue {
   std::vector<int> buckets_;  // first chunk of each
   BigVector<Chunk> chunks_;
   std::vector<int> unused_;
-  int front_ = -1;
+  int front_;                  // the bucket that is in order
   std::vector<Pair> ordered_;  // of the bucket `front_`, nearest last
   std::vector<Pair> late_;     // a heap of those that came later and belong no farther than `front_`
 };

@@ -1,6 +1,7 @@
 #include "fv_exploration/tile.h"
 
 #include <algorithm>
+#include <cstring>
 #include <numeric>
 
 namespace fv {
@@ -14,9 +15,6 @@ void forEach(const TileMask& mask, const Visit& visit) {
     for (unsigned bits = mask[row]; bits; bits &= bits - 1)
       visit(__builtin_ctz(bits), row % kTile, row / kTile);
 }
-
-/// Which tile a coordinate that may be one beyond its tile lies in: -1, 0 or 1.
-int beyond(int c) { return c < 0 ? -1 : c >= kTile ? 1 : 0; }
 
 /// Runs as intervals along x and a union-find over them.
 class Runs {
@@ -80,12 +78,13 @@ class LinkSet {
         {static_cast<uint16_t>(own), static_cast<uint16_t>(other), static_cast<uint8_t>(direction)});
   }
 
-  std::vector<TileLink> take() {
+  /// Each once, in order.
+  void appendTo(std::vector<TileLink>& out) {
     std::sort(links_.begin(), links_.end(), [](const auto& a, const auto& b) { return pack(a) < pack(b); });
     links_.erase(std::unique(links_.begin(), links_.end(),
                              [](const auto& a, const auto& b) { return pack(a) == pack(b); }),
                  links_.end());
-    return {links_.begin(), links_.end()};
+    out.insert(out.end(), links_.begin(), links_.end());
   }
 
  private:
@@ -99,40 +98,111 @@ void linkRows(const LabelledMask& own, int row, const LabelledMask& other, int o
               LinkSet& links) {
   const unsigned mask = own.mask[row], theirs = other.mask[other_row];
   if (!((mask | mask << 1 | mask >> 1) & theirs)) return;
-  for (unsigned rest = mask; rest;) {
+  const uint16_t* label = &own.runs.labels[own.runs.first[row]];
+  const uint16_t* other_labels = &other.runs.labels[other.runs.first[other_row]];
+  for (unsigned rest = mask; rest; ++label) {
     const int low = __builtin_ctz(rest);
     const unsigned ends =
         (own.runs.starts[row] | ~mask) & ~((2u << low) - 1);  // bits at which the run is over
     const unsigned run = mask & ((ends & -ends) - 1) & ~((1u << low) - 1);
     rest &= ~run;
-    const int label = own.runs.at(row, low);
-    for (unsigned near = (run | run << 1 | run >> 1) & theirs; near;) {
-      const int x = __builtin_ctz(near);
-      links.add(label, other.runs.at(other_row, x), direction);
-      const unsigned next = other.runs.starts[other_row] & ~((2u << x) - 1);
+    unsigned near = (run | run << 1 | run >> 1) & theirs;
+    if (!near) continue;
+    const unsigned starts = other.runs.starts[other_row];
+    const uint16_t* other_label = other_labels + bitCount(starts & ((2u << __builtin_ctz(near)) - 1)) - 1;
+    for (; near; ++other_label) {  // what begins within reach is reached
+      links.add(*label, *other_label, direction);
+      const unsigned next = starts & ~((2u << __builtin_ctz(near)) - 1);
       near &= next ? ~((next & -next) - 1) : 0;
     }
   }
 }
 
-/// Count and sums of the voxels of a mask.
-Moments maskMoments(const TileMask& mask, const Voxel& corner) {
-  Moments moments;
-  forEach(mask, [&](int x, int y, int z) { moments.add(corner + Voxel(x, y, z)); });
-  return moments;
+/// The rows of a tile that look at the next one along y or z: all of them, the first or the last.
+struct Span {
+  int begin, end;
+  explicit Span(int step) : begin(step > 0 ? kTile - 1 : 0), end(step < 0 ? 1 : kTile) {}
+};
+
+/// Links to the tile in a direction; 13: within the tile.
+void linkTowards(const LabelledMask& own, const LabelledMask& other, int direction, LinkSet& links) {
+  const Voxel step = directionStep(direction);
+  const Span ys(step.y()), zs(step.z());
+  const int x = step.x() < 0 ? 0 : kTile - 1, other_x = kTile - 1 - x;
+  for (int z = zs.begin; z < zs.end; ++z)
+    for (int y = ys.begin; y < ys.end; ++y) {
+      const int row = y + kTile * z;
+      const unsigned mask = own.mask[row];
+      if (!mask || (step.x() && !(mask >> x & 1))) continue;
+      // Rows beside, above and below that lie in the other tile.
+      for (int dz = z - 1 - kTile * step.z(); dz <= z + 1 - kTile * step.z(); ++dz)
+        for (int dy = y - 1 - kTile * step.y(); dy <= y + 1 - kTile * step.y(); ++dy) {
+          if (dz < 0 || dz >= kTile || dy < 0 || dy >= kTile) continue;
+          const int other_row = dy + kTile * dz;
+          if (!step.x())
+            linkRows(own, row, other, other_row, direction, links);
+          else if (other.mask[other_row] >> other_x & 1)
+            links.add(own.runs.at(row, x), other.runs.at(other_row, other_x), direction);
+        }
+    }
 }
 
-Voxel firstVoxel(const TileMask& mask, const Voxel& corner) {
-  int row = 0;
-  while (!mask[row]) ++row;
-  return corner + Voxel(__builtin_ctz(mask[row]), row % kTile, row / kTile);
+/// Call visit(first voxel, length, label) for each stretch of a row of a mask in which runs were found
+/// without labels of their own.
+template <class Visit>
+void forEachRun(const TileMask& mask, const RunLabels& runs, const Voxel& corner, const Visit& visit) {
+  auto label = runs.labels.begin();
+  for (int row = 0; row < kTile * kTile; ++row)
+    for (unsigned rest = mask[row]; rest; ++label) {
+      const int low = __builtin_ctz(rest), length = __builtin_ctz(~(rest >> low));
+      visit(Voxel(corner + Voxel(low, row % kTile, row / kTile)), length, *label);
+      rest &= ~(((1u << length) - 1) << low);
+    }
+}
+
+/// Seed and merge in those components of a tile that are not one ellipsoid.
+/// @param whole per component all of it, @param fits whether that is one ellipsoid.
+/// @param[in,out] runs labels: components; then nodes.
+VoidGraph clusterParts(const TileMask& voids, const Voxel& corner, const ClusterRule& rule,
+                       const std::vector<VoidNode>& whole, const std::vector<uint8_t>& fits,
+                       RunLabels& runs) {
+  std::vector<Voxel> rest;
+  std::vector<int> labels, place, at;  // of the nodes of `rest`, of its voxels; of components
+  forEach(voids, [&](int x, int y, int z) {
+    if (!fits[runs.at(y + kTile * z, x)]) rest.push_back(corner + Voxel(x, y, z));
+  });
+  VoidGraph graph = clusterVoids(rest, rule, at);
+  const int parts = static_cast<int>(graph.nodes.size());
+  std::vector<int> order(parts);  // the nodes of `rest`, then components that fit, ascending by id
+  std::iota(order.begin(), order.end(), 0);
+  for (std::size_t i = 0; i < whole.size(); ++i)
+    if (fits[i]) order.push_back(parts + static_cast<int>(i));
+  const auto node = [&](int i) -> const VoidNode& { return i < parts ? graph.nodes[i] : whole[i - parts]; };
+  std::sort(order.begin(), order.end(), [&](int a, int b) { return node(a).id < node(b).id; });
+  place.resize(parts + whole.size());
+  VoidGraph out;
+  for (const int i : order) {
+    place[i] = static_cast<int>(out.nodes.size());
+    out.nodes.push_back(node(i));
+  }
+  for (const auto& [a, b] : graph.edges) out.edges.push_back(std::minmax(place[a], place[b]));
+  out.settled = out.edges.size();
+  std::size_t next = 0;
+  forEach(voids, [&](int x, int y, int z) {
+    const int component = runs.at(y + kTile * z, x);
+    labels.push_back(place[fits[component] ? parts + component : at[next++]]);
+  });
+  runs = runsOf(voids, labels);
+  return out;
 }
 
 bool sameRow(const LabelledMask& a, const LabelledMask& b, int row) {
   if (a.mask[row] != b.mask[row] || a.runs.starts[row] != b.runs.starts[row]) return false;
-  const int runs = __builtin_popcount(a.runs.starts[row]);
+  const int runs = bitCount(a.runs.starts[row]);
   const uint16_t *p = a.runs.labels.data() + a.runs.first[row], *q = b.runs.labels.data() + b.runs.first[row];
-  return std::equal(p, p + runs, q);
+  for (int i = 0; i < runs; ++i)  // few: not worth a call
+    if (p[i] != q[i]) return false;
+  return true;
 }
 
 bool sameVoxel(const LabelledMask& a, const LabelledMask& b, int row, int x) {
@@ -143,11 +213,17 @@ bool sameVoxel(const LabelledMask& a, const LabelledMask& b, int row, int x) {
 }  // namespace
 
 uint32_t touchedDirections(int x, int y, int z) {
+  static const std::array<uint32_t, 27> kTouched = [] {  // by the side of the tile that the voxel lies at
+    std::array<uint32_t, 27> out{};
+    for (int side = 0; side < 27; ++side)
+      for (int m = 0; m < 8; ++m) {
+        const Voxel step = directionStep(side);
+        out[side] |= 1u << tileDirection(m & 1 ? step.x() : 0, m & 2 ? step.y() : 0, m & 4 ? step.z() : 0);
+      }
+    return out;
+  }();
   const auto side = [](int c) { return c == 0 ? -1 : c == kTile - 1 ? 1 : 0; };
-  const int sx = side(x), sy = side(y), sz = side(z);
-  uint32_t touched = 0;
-  for (int m = 0; m < 8; ++m) touched |= 1u << tileDirection(m & 1 ? sx : 0, m & 2 ? sy : 0, m & 4 ? sz : 0);
-  return touched;
+  return kTouched[tileDirection(side(x), side(y), side(z))];
 }
 
 std::vector<Voxel> maskVoxels(const TileMask& mask, const Voxel& corner) {
@@ -157,8 +233,20 @@ std::vector<Voxel> maskVoxels(const TileMask& mask, const Voxel& corner) {
 }
 
 int maskCount(const TileMask& mask) {
-  return std::accumulate(mask.begin(), mask.end(), 0,
-                         [](int count, uint16_t row) { return count + __builtin_popcount(row); });
+  // Bits of 16 rows at a time, added up in bytes: not every machine counts bits in one instruction.
+  uint64_t count = 0;
+  for (int z = 0; z < kTile; ++z) {
+    uint64_t bytes = 0;
+    for (int part = 0; part < kTile / 4; ++part) {
+      uint64_t w;
+      std::memcpy(&w, &mask[kTile * z + 4 * part], 8);
+      w -= w >> 1 & 0x5555555555555555u;
+      w = (w & 0x3333333333333333u) + (w >> 2 & 0x3333333333333333u);
+      bytes += (w + (w >> 4)) & 0x0f0f0f0f0f0f0f0fu;
+    }
+    count += ((bytes & 0x00ff00ff00ff00ffu) + (bytes >> 8 & 0x00ff00ff00ff00ffu)) * 0x0001000100010001u >> 48;
+  }
+  return static_cast<int>(count);
 }
 
 bool maskEmpty(const TileMask& mask) {
@@ -171,10 +259,11 @@ int labelComponents(const TileMask& mask, RunLabels& out) {
     for (int y = 0; y < kTile; ++y) {
       const int row = y + kTile * z;
       if (!mask[row]) continue;
-      if (y > 0) runs.unite(row, row - 1);
+      const unsigned wide = mask[row] | mask[row] << 1 | mask[row] >> 1;
+      if (y > 0 && wide & mask[row - 1]) runs.unite(row, row - 1);
       if (z == 0) continue;
       for (int other = std::max(0, y - 1); other <= std::min(kTile - 1, y + 1); ++other)
-        runs.unite(row, other + kTile * (z - 1));
+        if (wide & mask[other + kTile * (z - 1)]) runs.unite(row, other + kTile * (z - 1));
     }
   for (int row = 0; row < kTile * kTile; ++row) {
     out.starts[row] = static_cast<uint16_t>(mask[row] & ~(mask[row] << 1));
@@ -210,15 +299,16 @@ RunLabels runsOf(const TileMask& mask, const std::vector<int>& labels) {
 
 VoidGraph clusterTile(const TileMask& voids, const Voxel& corner, const ClusterRule& rule, RunLabels& runs) {
   const int components = labelComponents(voids, runs);
-  if (components == 0) return {};
-  if (components == 1) {
-    const VoidNode whole{maskMoments(voids, corner), voxelId(firstVoxel(voids, corner))};
-    if (ellipsoidFit(whole.moments, rule.model) >= rule.min_fit) return {{whole}, {}, 0};
-  }
-  std::vector<int> nodes;
-  VoidGraph graph = clusterVoids(maskVoxels(voids, corner), rule, nodes);
-  runs = runsOf(voids, nodes);
-  return graph;
+  std::vector<VoidNode> whole(components, VoidNode{{}, 0});
+  forEachRun(voids, runs, corner, [&](const Voxel& first, int length, int component) {
+    if (whole[component].moments.n == 0) whole[component].id = voxelId(first);
+    whole[component].moments.addRow(first, length);
+  });
+  std::vector<uint8_t> fits(components);
+  for (int i = 0; i < components; ++i) fits[i] = ellipsoidFit(whole[i].moments, rule.model) >= rule.min_fit;
+  if (std::all_of(fits.begin(), fits.end(), [](uint8_t fit) { return fit; }))
+    return {std::move(whole), {}, 0};
+  return clusterParts(voids, corner, rule, whole, fits, runs);
 }
 
 uint32_t changedDirections(const LabelledMask& before, const LabelledMask& after) {
@@ -233,28 +323,18 @@ uint32_t changedDirections(const LabelledMask& before, const LabelledMask& after
   return touched;
 }
 
-std::vector<TileLink> linksAround(const LabelledMask& own, const std::array<const LabelledMask*, 27>& around,
-                                  int first) {
-  LinkSet links;
-  for (int row = 0; row < kTile * kTile; ++row) {
-    const unsigned mask = own.mask[row];
-    if (!mask) continue;
-    for (int z = row / kTile - 1; z <= row / kTile + 1; ++z)
-      for (int y = row % kTile - 1; y <= row % kTile + 1; ++y) {
-        const int straight = tileDirection(0, beyond(y), beyond(z));
-        if (straight + 1 < first) continue;
-        const int other_row = (y & (kTile - 1)) + kTile * (z & (kTile - 1));
-        if (straight >= first && around[straight])
-          linkRows(own, row, *around[straight], other_row, straight, links);
-        for (const int side : {-1, 1}) {  // across the ends of the row
-          const int x = side < 0 ? 0 : kTile - 1;
-          const LabelledMask* other = straight + side >= first ? around[straight + side] : nullptr;
-          if (other && mask >> x & 1 && other->mask[other_row] >> (kTile - 1 - x) & 1)
-            links.add(own.runs.at(row, x), other->runs.at(other_row, kTile - 1 - x), straight + side);
-        }
-      }
-  }
-  return links.take();
+void relink(const LabelledMask& own, const std::array<const LabelledMask*, 27>& around, uint32_t which,
+            std::vector<TileLink>& links) {
+  links.erase(std::remove_if(links.begin(), links.end(),
+                             [&](const TileLink& link) { return which >> link.direction & 1; }),
+              links.end());
+  const std::size_t kept = links.size();
+  LinkSet found;
+  for (int d = 0; d < 27; ++d)
+    if (which >> d & 1 && around[d]) linkTowards(own, *around[d], d, found);
+  found.appendTo(links);
+  const auto less = [](const TileLink& a, const TileLink& b) { return pack(a) < pack(b); };
+  std::inplace_merge(links.begin(), links.begin() + static_cast<std::ptrdiff_t>(kept), links.end(), less);
 }
 
 }  // namespace fv

@@ -82,7 +82,8 @@ class Algorithm1 {
     corners_.resize(e.ellipsoids.size());
     for (const FrontierVoid& fv : e.frontier_voids) {
       corners_[fv.ellipsoid] = cornersOf(e.ellipsoids[fv.ellipsoid]);
-      for (const int cluster : fv.clusters) {
+      for (int i = fv.first; i < fv.last; ++i) {
+        const int cluster = e.neighbour_clusters[i];
         if (sources_[cluster].empty()) continue;
         jobs_.push_back({fv.ellipsoid, cluster, pairs_});
         pairs_ += static_cast<int64_t>(sources_[cluster].size());

@@ -13,7 +13,8 @@ namespace {
 /// queue.
 class Merging {
  public:
-  Merging(const VoidGraph& graph, const ClusterRule& rule) : rule_(rule), slot_(graph.nodes.size()) {
+  Merging(const VoidGraph& graph, const ClusterRule& rule)
+      : rule_(rule), slot_(graph.nodes.size()), queue_(graph.edges.size()) {
     std::vector<int> order(graph.nodes.size());
     std::iota(order.begin(), order.end(), 0);
     const auto less = [&](int a, int b) { return graph.nodes[a].id < graph.nodes[b].id; };
