@@ -146,11 +146,11 @@ def _charts(data: RunData) -> str:
         ("known of the whole volume", 100 * data.column("known_share")),
     ]
     gains = [
-        ("expected worth", data.column("expected_gain_m3")),
+        ("expected worth", _of_chosen(data, "expected_gain_m3")),
         ("newly known volume", data.column("real_gain_m3")),
     ]
     counts = [(name, data.column(name)) for name in ("occupied", "free", "unknown", "frontier", "void")]
-    motions = [("length of the path", data.column("path_length_rad"))]
+    motions = [("length of the path", _of_chosen(data, "path_length_rad"))]
     steps = {name: data.column(f"{name}_s") for name in TIMES}
     figures = [
         figure("Coverage over views", charts.lines(_series(shares, view), "view", "share [%]", 100.0)),
@@ -165,6 +165,11 @@ def _charts(data: RunData) -> str:
         ),
     ]
     return f'<h2>Coverage, gain and time</h2><div class="charts">{"".join(figures)}</div>'
+
+
+def _of_chosen(data: RunData, name: str) -> np.ndarray:
+    """A column of what was decided: nothing was for view 0, the first scan."""
+    return np.where(data.column("view") == 0.0, np.nan, data.column(name))
 
 
 def _series(named: list[tuple[str, np.ndarray]], x: np.ndarray) -> list[charts.Series]:
