@@ -15,7 +15,7 @@ from fv_exploration import (
 )
 from fv_exploration.exploration import Exploration, Plan, Reason, Scan, ScanError
 from fv_exploration.explore_config import ExploreConfig
-from fv_exploration.gain_judge import ENOUGH_LOOKS, GainJudge, VainLooks
+from fv_exploration.gain_judge import GainJudge
 from fv_exploration.known_since import NEVER, KnownSince
 from fv_exploration.reachable_views import ReachableViews
 from fv_exploration.view_choice import ViewChooser
@@ -57,13 +57,23 @@ def pixel_rays() -> np.ndarray:
 class FlyingCamera:
     """A robot that goes where it is sent, unless it is told to fail."""
 
-    def __init__(self, plans_fail: bool = False, motions_fail: bool = False, blind: range = range(0)) -> None:
-        """:param blind: numbers of the scans that fail."""
+    def __init__(
+        self,
+        plans_fail: bool = False,
+        motions_fail: bool = False,
+        blind: range = range(0),
+        arm: bool = False,
+    ) -> None:
+        """:param blind: numbers of the scans that fail.
+        :param arm: every second motion ends with an arm before the lens.
+        """
         self.pose = np.eye(4)
         self.pose[:3, :3] = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
         self.pose[:3, 3] = [-0.4, 0.0, 1.0]
         self.plans_fail, self.motions_fail, self.blind = plans_fail, motions_fail, blind
         self.time_s, self.scans = 0.0, 0
+        self.arm, self.plans, self.hidden_plans, self.turned = arm, 0, 0, []
+        self.planned = self.pose
         self.visited = []
         self.map_sequences = []
 
@@ -82,13 +92,24 @@ class FlyingCamera:
         self.map_sequences.append(map_sequence)
         if self.plans_fail:
             return Plan(None, -1, "no path")
-        return Plan(poses[0], 0, "", 2.0, 1.0)
+        self.plans += 1
+        turned = float(self.arm and self.plans % 2)
+        self.hidden_plans += int(turned)
+        self.planned = poses[0]
+        return Plan(poses[0], 0, "", 2.0, 1.0, {"elbow": turned})
+
+    def camera_pose(self, joints):
+        return self.planned if "elbow" in joints else self.pose
+
+    def hides(self, rays_m, joints):
+        return np.full(len(rays_m), joints.get("elbow", 0.0) > 0.5)
 
     def execute(self, plan) -> str:
         self.time_s += 2.0
         if self.motions_fail:
             return "stuck"
         self.pose = plan.trajectory
+        self.turned.append(plan.joints["elbow"])
         self.visited.append(self.pose)
         return ""
 
@@ -145,13 +166,13 @@ def make(robot: FlyingCamera, **stop):
         MapConfig(**vars(config.map), bounds_min=tuple(ROOM[0]), bounds_max=tuple(ROOM[1]))
     )
     evaluator = Evaluator(occupancy_map, EvaluationConfig())
-    judge = GainJudge(occupancy_map, EvaluationConfig(), CAMERA)
+    judge = GainJudge(occupancy_map, evaluator, CAMERA, RESOLUTION_M, robot if robot.arm else None)
     base = np.eye(4)
     base[:3, 3] = [-0.4, 0.0, 1.0]
     chooser = ViewChooser(
         config.views,
         ReachableViews(AnyPose(), base[None]),
-        judge.gains,
+        judge,
         occupancy_map.classify,
     )
     scan_config = ScanConfig(min_range_m=0.05, max_range_m=3.0)
@@ -226,7 +247,7 @@ def test_a_camera_without_clouds_is_a_failure_that_says_why():
     assert outcome.reason is Reason.FAILED
     assert "no cloud" in outcome.message
     outcome = make(FlyingCamera(blind=range(3, 1000)))[0].run()
-    assert (outcome.reason, outcome.views) == (Reason.FAILED, 6)
+    assert (outcome.reason, outcome.views) == (Reason.FAILED, 5)
 
 
 @pytest.mark.parametrize("blind", [range(1, 3), range(4, 5), range(4, 7)])
@@ -240,24 +261,36 @@ def test_scans_that_fail_now_and_then_do_not_end_it(blind):
     assert all(step.real_gain_m3 == 0 and step.known_share > 0 and step.counts for step in missed)
 
 
-def test_space_that_several_scans_did_not_reveal_is_expected_no_longer():
-    occupancy_map = OccupancyMap(
-        MapConfig(resolution_m=RESOLUTION_M, bounds_min=tuple(ROOM[0]), bounds_max=tuple(ROOM[1]))
-    )
-    pose = FlyingCamera().pose
-    occupancy_map.mark_free(pose[:3, 3][None])
-    judge = GainJudge(occupancy_map, EvaluationConfig(), CAMERA)
-    before = judge.gains(pose[None]).unknown_volume_m3[0]
-    for look in range(ENOUGH_LOOKS):
-        occupancy_map.mark_free(
-            pose[:3, 3][None] + [0, 0.1 * (look + 1), 0]
-        )  # the map has a new sequence number
-        assert judge.gains(pose[None]).unknown_volume_m3[0] == pytest.approx(before, abs=0.01)
-        judge.note(pose)
-    occupancy_map.mark_free(pose[:3, 3][None] - [0, 0.2, 0])
-    assert judge.gains(pose[None]).unknown_volume_m3[0] < 0.1 * before
-    unknown = VainLooks(occupancy_map, CAMERA.rays(), 0.05, 3.0)
-    assert len(unknown.voxels()) == 0, "nothing has been looked at yet"
+def test_a_view_that_the_robot_hides_stands_back_for_one_that_it_does_not():
+    robot = FlyingCamera(arm=True)
+    exploration, _, listener = make(robot, max_views=6)
+    assert exploration.run().views == 6
+    assert robot.hidden_plans > 0, "some motions end where the arm is in the way"
+    assert not any(robot.turned), "none of them is executed as long as there are others"
+    assert all(step.real_gain_m3 > 0 for step in listener.steps[1:])
+
+
+def test_a_robot_that_always_hides_its_view_does_not_move():
+    robot = FlyingCamera(arm=True)
+    robot.hides = lambda rays_m, joints: np.ones(len(rays_m), dtype=bool)
+    outcome = make(robot)[0].run()
+    assert (outcome.reason, outcome.views, robot.visited) == (Reason.COMPLETE, 0, [])
+
+
+def test_a_motion_that_was_cancelled_is_no_view():
+    robot = FlyingCamera(motions_fail=True)
+    exploration, _, listener = make(robot)
+    outcome = exploration.run(stop=lambda: robot.time_s > 0)
+    assert (outcome.reason, outcome.views) == (Reason.CANCELLED, 0)
+    assert [step.view for step in listener.steps] == [0]
+
+
+def test_a_motion_that_was_not_finished_is_no_new_view():
+    robot = FlyingCamera(motions_fail=True)
+    exploration, _, listener = make(robot, max_failed_motions=3)
+    outcome = exploration.run()
+    assert (outcome.reason, outcome.views) == (Reason.FAILED, 0)
+    assert [step.view for step in listener.steps] == [0, 0, 0], "scans from where it stopped are kept"
 
 
 def test_known_since_remembers_the_first_view(tmp_path):

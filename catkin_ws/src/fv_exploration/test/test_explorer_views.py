@@ -128,7 +128,7 @@ class Utility:
 
 
 class Gain:
-    """A world in which only views towards +x show something."""
+    """What views show in a world in which only those towards +x show something."""
 
     def __init__(self, poses):
         self.void_volume_m3 = np.maximum(0, poses[:, 0, 2]) * 0.5
@@ -136,12 +136,25 @@ class Gain:
         self.frontier_area_m2 = np.zeros(len(poses))
 
 
+class Judge:
+    """Sees the same with the robot in the image, but for what the joint ``elbow`` covers of it (0..1)."""
+
+    def gains(self, poses):
+        return Gain(poses)
+
+    def gain_at(self, pose, joints):
+        gain = Gain(pose[None])
+        gain.void_volume_m3 *= 1 - joints["elbow"]
+        gain.unknown_volume_m3 *= 1 - joints["elbow"]
+        return gain
+
+
 def make_chooser(**changes) -> ViewChooser:
     values = {"utility_voxels": 20, "sampled": 400, "shortlist": 8, **changes}
     return ViewChooser(
         ViewSettings(**values),
         ReachableViews(BallArm(), np.array([np.eye(4)])),
-        Gain,
+        Judge(),
         lambda positions: np.zeros(len(positions), dtype=np.int8),
     )
 
@@ -176,7 +189,7 @@ def test_voxels_that_are_not_free_are_no_candidates():
     chooser = ViewChooser(
         ViewSettings(),
         ReachableViews(BallArm(), np.array([np.eye(4)])),
-        Gain,
+        Judge(),
         lambda positions: np.full(len(positions), -1, dtype=np.int8),
     )
     chooser.prepare(0, np.eye(4), Utility())
@@ -209,6 +222,25 @@ def test_a_view_that_disappointed_is_worth_as_little_the_next_time():
         near = np.linalg.norm(best.poses[0][:3, 3] - pose[:3, 3]) <= values.doubt_m
         angle = math.acos(np.clip(best.poses[0][:3, 2] @ pose[:3, 2], -1, 1))
         assert not (near and angle <= math.radians(values.doubt_deg))
+
+
+def test_what_the_robot_covers_is_taken_off_the_gain_of_a_view():
+    chooser = make_chooser()
+    chooser.prepare(0, np.eye(4), Utility())
+    best = chooser.shortlist()
+    gain = float(best.gains[0])
+    assert chooser.gain_at(best.poses[0], {"elbow": 0.0}) == pytest.approx(gain)
+    assert chooser.gain_at(best.poses[0], {"elbow": 0.75}) == pytest.approx(gain / 4)
+
+
+def test_a_view_that_is_left_out_comes_back_with_the_next_decision():
+    chooser = make_chooser()
+    chooser.prepare(0, np.eye(4), Utility())
+    best = chooser.shortlist().poses[0]
+    chooser.leave_out(best)
+    assert not any(np.array_equal(pose, best) for pose in chooser.shortlist().poses)
+    chooser.prepare(0, np.eye(4), Utility())
+    assert np.array_equal(chooser.shortlist().poses[0], best)
 
 
 def test_candidates_are_taken_row_by_row():

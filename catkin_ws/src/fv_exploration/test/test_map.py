@@ -266,6 +266,24 @@ def test_gain_is_what_plain_sampling_sees():
     assert np.array_equal(again.unknown_volume_m3[::-1], gain.unknown_volume_m3)
 
 
+def test_gains_on_an_evaluation_that_went_along_are_those_of_a_new_one():
+    grid = cube_map()
+    evaluator = Evaluator(grid, EvaluationConfig())
+    evaluator.update()
+    poses = random_poses(12)
+    for k, pose in enumerate(poses[:4]):
+        grid.insert_scan(
+            np.random.default_rng(k).uniform(-0.9, 0.9, (200, 3)), pose, ScanConfig(max_range_m=2.0)
+        )
+        evaluator.update()
+        copy = grid.snapshot()
+        anew = Evaluator(copy, EvaluationConfig())
+        anew.update()
+        along, fresh = view_gain(grid, evaluator, poses, CAMERA), view_gain(copy, anew, poses, CAMERA)
+        for name in ("void_volume_m3", "unknown_volume_m3", "frontier_area_m2", "occupied_share"):
+            assert np.array_equal(getattr(along, name), getattr(fresh, name)), name
+
+
 def test_an_occupied_wall_hides_what_is_behind_it():
     grid = OccupancyMap(MapConfig(resolution_m=R, bounds_min=(0, -2, -2), bounds_max=(3, 2, 2)))
     y, z = np.meshgrid(np.arange(-1.95, 2, 0.05), np.arange(-1.95, 2, 0.05))

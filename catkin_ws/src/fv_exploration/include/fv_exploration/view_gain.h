@@ -1,4 +1,5 @@
 #pragma once
+#include <string>
 #include <vector>
 
 #include "fv_exploration/evaluator.h"
@@ -16,6 +17,23 @@ struct PinholeCamera {
   void validate() const;
   /// Unit directions of every stride-th pixel's centre (N), row by row.
   std::vector<Eigen::Vector3d> rays(int stride) const;
+  /// Number of the ray, of those of stride 1, in whose pixel a point of the optical frame lies; -1: in none.
+  int rayThrough(const Eigen::Vector3d& p) const;
+};
+
+/// @throws InputError naming the transform unless it is finite and rigid.
+void requireRigid(const Eigen::Matrix4d& T, const std::string& name);
+
+/// What errors call a view.
+std::string viewName(std::size_t view);
+
+/// What to expect of rays, views x rays, row by row; empty vectors say nothing.
+struct RayOutlook {
+  /// That the ray comes back, 0 to 1: what it shows counts so much. A voxel that several rays meet counts
+  /// with the highest, to within the mean of eight rays of like chance.
+  std::vector<float> chance;
+  /// Where the ray is cast to [m].
+  std::vector<float> reach_m;
 };
 
 /// What views would show anew; one entry per view.
@@ -29,8 +47,9 @@ struct ViewGains {
 /// Cast each view's rays through the evaluated map: unknown voxels are seen through, occupied ones end a ray,
 /// and each voxel counts once a view. Without bounds unknown space ends where the grid does.
 /// @param T_map_cameras (4, 4) each, rigid.
+/// @param outlook what to expect of the rays; empty: each comes back, from wherever it is sent back.
 /// @throws InputError naming the view.
 ViewGains viewGains(const Evaluator& evaluator, const std::vector<Eigen::Matrix4d>& T_map_cameras,
-                    const PinholeCamera& camera, int stride, int threads);
+                    const PinholeCamera& camera, int stride, int threads, const RayOutlook& outlook = {});
 
 }  // namespace fv

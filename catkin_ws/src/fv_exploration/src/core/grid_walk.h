@@ -3,6 +3,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "fv_exploration/grid.h"
+
 namespace fv {
 
 /// Floor of a number that fits into an int, without a call.
@@ -13,6 +15,22 @@ inline int floorInt(double x) {
 
 /// Nearest integer of a number that fits, halves away from 0, without a call.
 inline int64_t nearestInt(double x) { return static_cast<int64_t>(x + (x < 0 ? -0.5 : 0.5)); }
+
+/// Cut the part [begin, end] of a ray to what lies within a grid; all in voxels, the grid begins at 0.
+/// @return false when nothing is left.
+inline bool clipToGrid(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, const Voxel& dims,
+                       double& begin, double& end) {
+  for (int i = 0; i < 3; ++i) {
+    if (direction[i] == 0) {
+      if (origin[i] < 0 || origin[i] >= dims[i]) return false;
+      continue;
+    }
+    const double a = -origin[i] / direction[i], b = (dims[i] - origin[i]) / direction[i];
+    begin = std::max(begin, std::min(a, b));
+    end = std::min(end, std::max(a, b));
+  }
+  return begin < end;
+}
 
 /// The start of a ray that goes from voxel to voxel of a linear grid (Amanatides and Woo 1987); lengths in
 /// voxels.

@@ -1,6 +1,7 @@
 #include "fv_exploration/view_gain.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -10,6 +11,11 @@
 namespace fv {
 
 namespace {
+
+/// Voxels and rays of a view, each times the chance of the rays that met it.
+struct WeightedCounts {
+  double voids = 0, unknown = 0, frontier = 0, occupied = 0;
+};
 
 /// Casts the rays of one view at a time; remembers which voxels the view has counted.
 class GainCaster {
@@ -26,55 +32,67 @@ class GainCaster {
     stride_[2] = stride_[1] * frame_.dims().y();
   }
 
-  GainCounts cast(const Eigen::Matrix4d& T_map_camera, const std::vector<Eigen::Vector3d>& rays) {
+  /// @param chances, reaches_m of the rays, or null. The rays of highest chance go first: a voxel counts with
+  /// that of the first eight rays that meet it.
+  WeightedCounts cast(const Eigen::Matrix4d& T_map_camera, const std::vector<Eigen::Vector3d>& rays,
+                      const float* chances, const float* reaches_m) {
     if (++view_ == 0) {  // numbers are used up
       std::fill(counted_.begin(), counted_.end(), 0);
       view_ = 1;
     }
-    GainCounts counts;
+    WeightedCounts sums;
     const Eigen::Vector3d origin =
         T_map_camera.topRightCorner<3, 1>() * factor_ - frame_.origin.cast<double>();
     const Eigen::Matrix3d R = T_map_camera.topLeftCorner<3, 3>();
-    const GainGrid grid{flags_, counted_.data(), view_, min_range_};
     LaneRays lanes;
     int filled = 0;
-    for (const Eigen::Vector3d& ray : rays) {
-      filled += prepare(origin, R * ray, lanes, filled);
-      if (filled == kLanes) {
-        bestKernels().castLanes(lanes, grid, counts);
-        filled = 0;
-      }
+    double chance = 0;
+    for (const int ray : order(chances, rays.size())) {
+      const double end = reaches_m ? std::min(max_range_, reaches_m[ray] * factor_) : max_range_;
+      if (!prepare(origin, R * rays[ray], end, lanes, filled)) continue;
+      chance += chances ? chances[ray] : 1.0;
+      if (++filled < kLanes) continue;
+      castLanes(lanes, chance / filled, sums);
+      filled = 0;
+      chance = 0;
     }
-    if (filled == 0) return counts;
+    if (filled == 0) return sums;
+    const int last = filled;
     while (filled < kLanes) lanes.clear(filled++);
-    bestKernels().castLanes(lanes, grid, counts);
-    return counts;
+    castLanes(lanes, chance / last, sums);
+    return sums;
   }
 
  private:
-  /// Part of the ray inside the frame, [begin, end] in voxels; false without any.
-  bool clip(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double& begin,
-            double& end) const {
-    begin = 0;
-    end = max_range_;
-    const Voxel dims = frame_.dims();
-    for (int i = 0; i < 3; ++i) {
-      if (direction[i] == 0) {
-        if (origin[i] < 0 || origin[i] >= dims[i]) return false;
-        continue;
-      }
-      const double a = -origin[i] / direction[i], b = (dims[i] - origin[i]) / direction[i];
-      begin = std::max(begin, std::min(a, b));
-      end = std::min(end, std::max(a, b));
+  /// Rays of any chance, highest first in steps of 1/32; rays of one step keep their order.
+  const std::vector<int>& order(const float* chances, std::size_t count) {
+    order_.clear();
+    if (!chances) {
+      for (std::size_t i = 0; i < count; ++i) order_.push_back(static_cast<int>(i));
+      return order_;
     }
-    return begin < end;
+    for (auto& step : steps_) step.clear();
+    for (std::size_t i = 0; i < count; ++i)
+      if (chances[i] > 0) steps_[std::min(kSteps - 1, static_cast<int>(chances[i] * kSteps))].push_back(i);
+    for (auto step = steps_.rbegin(); step != steps_.rend(); ++step)
+      order_.insert(order_.end(), step->begin(), step->end());
+    return order_;
+  }
+
+  void castLanes(const LaneRays& lanes, double chance, WeightedCounts& sums) {
+    GainCounts counts;
+    bestKernels().castLanes(lanes, GainGrid{flags_, counted_.data(), view_, min_range_}, counts);
+    sums.voids += chance * counts.voids;
+    sums.unknown += chance * counts.unknown;
+    sums.frontier += chance * counts.frontier;
+    sums.occupied += chance * counts.occupied;
   }
 
   /// Put a ray into a lane; false when it misses the grid.
-  bool prepare(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, LaneRays& lanes,
+  bool prepare(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double end, LaneRays& lanes,
                int lane) const {
-    double begin, end;
-    if (!clip(origin, direction, begin, end)) return false;
+    double begin = 0;
+    if (!clipToGrid(origin, direction, frame_.dims(), begin, end)) return false;
     GridWalk walk;
     for (int i = 0; i < 3; ++i) walk.begin(i, origin[i], direction[i], begin, frame_.dims()[i], stride_[i]);
     lanes.set(lane, walk, end);
@@ -87,18 +105,21 @@ class GainCaster {
   int64_t stride_[3];
   std::vector<uint16_t> counted_;
   uint16_t view_ = 0;
+  static constexpr int kSteps = 32;
+  std::array<std::vector<int>, kSteps> steps_;
+  std::vector<int> order_;
 };
 
-void requirePose(const Eigen::Matrix4d& T, std::size_t view) {
+}  // namespace
+
+void requireRigid(const Eigen::Matrix4d& T, const std::string& name) {
   const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
   if (T.allFinite() && (R * R.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-4 && R.determinant() > 0)
     return;
-  std::ostringstream text;
-  text << "T_map_cameras[" << view << "] is not a finite rigid transform; valid: rotation and translation";
-  throw InputError(text.str());
+  throw InputError(name + " is not a finite rigid transform; valid: rotation and translation");
 }
 
-}  // namespace
+std::string viewName(std::size_t view) { return "T_map_cameras[" + std::to_string(view) + "]"; }
 
 void PinholeCamera::validate() const {
   require(width > 0 && width <= 100000, "width", width, "1 to 100000");
@@ -124,13 +145,25 @@ std::vector<Eigen::Vector3d> PinholeCamera::rays(int stride) const {
   return out;
 }
 
+int PinholeCamera::rayThrough(const Eigen::Vector3d& p) const {
+  if (!(p.z() > 0)) return -1;
+  const double u = (p.x() / (p.z() * std::tan(horizontal_fov_rad / 2)) + 1) / 2 * width;
+  const double v = (p.y() / (p.z() * std::tan(vertical_fov_rad / 2)) + 1) / 2 * height;
+  if (!(u >= 0 && u < width && v >= 0 && v < height)) return -1;
+  return static_cast<int>(v) * width + static_cast<int>(u);
+}
+
 ViewGains viewGains(const Evaluator& evaluator, const std::vector<Eigen::Matrix4d>& T_map_cameras,
-                    const PinholeCamera& camera, int stride, int threads) {
+                    const PinholeCamera& camera, int stride, int threads, const RayOutlook& outlook) {
   camera.validate();
   require(stride >= 1, "stride", stride, "1 or more");
-  for (std::size_t i = 0; i < T_map_cameras.size(); ++i) requirePose(T_map_cameras[i], i);
+  for (std::size_t i = 0; i < T_map_cameras.size(); ++i) requireRigid(T_map_cameras[i], viewName(i));
   const std::vector<Eigen::Vector3d> rays = camera.rays(stride);
   const std::size_t count = T_map_cameras.size();
+  for (const auto* numbers : {&outlook.chance, &outlook.reach_m})
+    if (!numbers->empty())
+      require(numbers->size() == count * rays.size(), "size of the outlook", numbers->size(),
+              "one number for each ray of each view");
   ViewGains out{std::vector<double>(count), std::vector<double>(count), std::vector<double>(count),
                 std::vector<double>(count)};
   if (count == 0 || evaluator.frame().size() == 0) return out;
@@ -139,11 +172,15 @@ ViewGains viewGains(const Evaluator& evaluator, const std::vector<Eigen::Matrix4
   const double edge = evaluator.map().resolution();
   parallelChunks(static_cast<int>(count), workers, 8, [&](int begin, int end, int thread) {
     for (int i = begin; i < end; ++i) {
-      const GainCounts c = casters[thread].cast(T_map_cameras[i], rays);
-      out.void_volume_m3[i] = static_cast<double>(c.voids) * edge * edge * edge;
-      out.unknown_volume_m3[i] = static_cast<double>(c.unknown) * edge * edge * edge;
-      out.frontier_area_m2[i] = static_cast<double>(c.frontier) * edge * edge;
-      out.occupied_share[i] = static_cast<double>(c.occupied) / static_cast<double>(rays.size());
+      const auto row = [&](const std::vector<float>& all) {
+        return all.empty() ? nullptr : &all[i * rays.size()];
+      };
+      const WeightedCounts c =
+          casters[thread].cast(T_map_cameras[i], rays, row(outlook.chance), row(outlook.reach_m));
+      out.void_volume_m3[i] = c.voids * edge * edge * edge;
+      out.unknown_volume_m3[i] = c.unknown * edge * edge * edge;
+      out.frontier_area_m2[i] = c.frontier * edge * edge;
+      out.occupied_share[i] = c.occupied / static_cast<double>(rays.size());
     }
   });
   return out;

@@ -73,12 +73,14 @@ def evaluate(path: Path, options: argparse.Namespace) -> dict[str, Any]:
     evaluation = evaluator.update()
     utility = evaluator.utility(options.utility_range, max_rays=MAX_RAYS)
     views = _views(occupancy_map, evaluator, utility, options)
+    counts = occupancy_map.counts()  # its map has no bounds: unknown space has no number of voxels
     report = {
         "file": path.name,
         "scans": scans,
         "resolution_m": options.resolution,
         "voxels": {
-            **occupancy_map.counts(),
+            "occupied": counts["occupied"],
+            "free": counts["free"],
             "frontier": len(evaluation.frontier),
             "void": len(evaluation.void),
         },

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import enum
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -45,21 +45,27 @@ class Scan:
 
     :param points: (N, 3) in the sensor's optical frame [m]; NaN rows had no return. The robot is already removed.
     :param T_map_sensor: (4, 4) at the stamp of the cloud.
+    :param joints: positions [rad or m] by name, at that stamp.
     """
 
     points: Array
     T_map_sensor: Array
+    joints: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The planner's answer to a set of views; ``trajectory`` is None when there is no motion."""
+    """The planner's answer to a set of views; ``trajectory`` is None when there is no motion.
+
+    :param joints: where the motion ends, of the joints that it moves [rad or m].
+    """
 
     trajectory: Any
     view: int
     message: str
     duration_s: float = 0.0
     path_length_rad: float = 0.0
+    joints: Mapping[str, float] = field(default_factory=dict)
 
 
 class Robot(Protocol):
@@ -80,7 +86,11 @@ class Robot(Protocol):
 
 @dataclass
 class Step:
-    """What happened for one view: a row of metrics.csv. Times are wall-clock seconds."""
+    """What happened for one scan: a row of metrics.csv. Times are wall-clock seconds.
+
+    :param view: number of the view; that of the one before when the motion to the next was not finished.
+    :param joints: where the motion was to end, of the joints that it moved [rad or m].
+    """
 
     view: int = 0
     seconds: dict[str, float] = field(default_factory=dict)
@@ -90,6 +100,7 @@ class Step:
     real_gain_m3: float = 0.0
     path_length_rad: float = 0.0
     duration_s: float = 0.0
+    joints: Mapping[str, float] = field(default_factory=dict)
 
 
 class Audience(Protocol):
@@ -109,6 +120,16 @@ class Audience(Protocol):
 
     def view_done(self, step: Step) -> None:
         """A view's scan is in the map and its figures are complete."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """A view with a motion to it, and what it is worth [m^3] from where that ends; ``score`` is per cost."""
+
+    plan: Plan
+    candidates: Candidates
+    gain_m3: float
+    score: float
 
 
 @dataclass(frozen=True)
@@ -152,9 +173,11 @@ class Exploration:
         self._audience = audience
         self._config = config
         self._seed = seed
-        self._views = 0
+        self._views = 0  # places that were reached and scanned from
+        self._decisions = 0
         self._failed_motions = 0
         self._failed_scans = 0
+        self._joints: dict[str, float] = {}  # at the last scan
         self._unplanned = (0, "")  # views of this decision that the planner refused, and its last words
 
     def run(self, stop: Callable[[], bool] = lambda: False) -> Outcome:
@@ -176,6 +199,7 @@ class Exploration:
                 utility = self._timed(step, "evaluate", "evaluating the map", self._evaluate, step)
             elif utility is None:
                 continue  # nothing has been seen yet: where else could the camera look?
+            self._views = step.view
             self._audience.view_done(step)
             ended = self._budget_ended(started_s) or (stop() and Reason.CANCELLED)
             if ended:
@@ -185,6 +209,8 @@ class Exploration:
             if plan is None:
                 return self._outcome(Reason.CANCELLED) if stop() else self._complete()
             self._timed(step, "move", "moving", self._move, plan, step)
+            if stop():  # the motion may have been cut short: that is no view
+                return self._outcome(Reason.CANCELLED)
 
     def _scan(self, stop: Callable[[], bool]) -> Scan | None:
         """A scan, or None when there was none here: then the view has shown nothing, and another is tried."""
@@ -209,7 +235,8 @@ class Exploration:
         self._map.insert_scan(scan.points, scan.T_map_sensor, self._scan_config)
         step.known_share = self._map.known_share()
         step.real_gain_m3 = (step.known_share - known_before) * self._map.volume_m3()
-        self._judge.note(scan.T_map_sensor)
+        self._judge.note(scan.points, scan.T_map_sensor, scan.joints)
+        self._joints = dict(scan.joints)
         self._chooser.learn(step.real_gain_m3)
         self._audience.map_changed(self._map)
 
@@ -232,40 +259,78 @@ class Exploration:
         self, step: Step, T_map_sensor: Array, utility: Any, stop: Callable[[], bool]
     ) -> Plan | None:
         """A planned motion to the best view that can be reached; None when there is nothing left to see or do."""
-        seed = self._seed + self._views
+        seed = self._seed + self._decisions
+        self._decisions += 1
         self._timed(step, "choose", "judging views", self._chooser.prepare, seed, T_map_sensor, utility)
+        choice = self._choose(step, stop)
+        if choice is None or stop():
+            self._audience.decided(self._chooser.shortlist(), -1, step)
+            return None
+        self._accept(choice, step)
+        return choice.plan
+
+    def _choose(self, step: Step, stop: Callable[[], bool]) -> Choice | None:
+        """The best view that there is a motion to; None when there is none.
+
+        What the robot itself would hide is known only from where a motion ends. So motions are planned, and the views
+        they lead to judged, until none of those left promises much more than the best that was found.
+        """
         self._unplanned = (0, "")
-        for attempt in range(self._config.motion.max_rounds):
+        best: Choice | None = None
+        refused = planned = 0
+        while refused < self._config.motion.max_rounds and not stop():
             candidates = self._timed(step, "choose", "choosing the next view", self._chooser.shortlist)
-            if len(candidates) == 0 or stop():
-                self._audience.decided(candidates, -1, step)
-                return None
+            if len(candidates) == 0 or (best and self._good_enough(best, candidates, planned)):
+                break
             text = f"planning to {len(candidates)} views"
-            plan = self._timed(step, "plan", text, self._plan, candidates, attempt)
-            if plan.trajectory is not None:
-                self._accept(plan, candidates, step)
-                return plan
-            self._unplanned = (self._unplanned[0] + len(candidates), plan.message)
-            self._audience.activity(f"no motion to these views: {plan.message}")
-            self._chooser.reject(candidates)
-        return None
+            plan = self._timed(step, "plan", text, self._plan, candidates, refused + planned)
+            if plan.trajectory is None:
+                refused += 1
+                self._refuse(plan, candidates)
+                if best:
+                    break
+                continue
+            planned += 1
+            choice = self._timed(step, "choose", "judging the view", self._judged, plan, candidates)
+            if choice.gain_m3 >= self._config.views.min_gain_m3 and (not best or choice.score > best.score):
+                best = choice
+            self._chooser.leave_out(candidates.poses[plan.view])
+        return best
+
+    def _good_enough(self, best: Choice, left: Candidates, planned: int) -> bool:
+        motion = self._config.motion
+        return planned >= motion.max_plans or best.score >= motion.good_share * left.scores[0]
+
+    def _judged(self, plan: Plan, candidates: Candidates) -> Choice:
+        """The planned view with what it is worth at the joints where the motion ends."""
+        gain_m3 = self._chooser.gain_at(candidates.poses[plan.view], {**self._joints, **plan.joints})
+        before_m3 = float(candidates.gains[plan.view])
+        return Choice(plan, candidates, gain_m3, float(candidates.scores[plan.view]) * gain_m3 / before_m3)
+
+    def _refuse(self, plan: Plan, candidates: Candidates) -> None:
+        self._unplanned = (self._unplanned[0] + len(candidates), plan.message)
+        self._audience.activity(f"no motion to these views: {plan.message}")
+        self._chooser.reject(candidates)
 
     def _plan(self, candidates: Candidates, attempt: int) -> Plan:
-        seed = 1 + self._seed * 100_003 + self._views * 101 + attempt
+        seed = 1 + self._seed * 100_003 + (self._decisions - 1) * 101 + attempt
         return self._robot.plan(candidates.poses, candidates.scores, self._map.sequence, seed)
 
-    def _accept(self, plan: Plan, candidates: Candidates, step: Step) -> None:
-        step.expected_gain_m3 = float(candidates.gains[plan.view])
+    def _accept(self, choice: Choice, step: Step) -> None:
+        plan, candidates = choice.plan, choice.candidates
+        step.expected_gain_m3 = choice.gain_m3
         step.path_length_rad = plan.path_length_rad
         step.duration_s = plan.duration_s
+        step.joints = plan.joints
         self._chooser.expect(candidates.poses[plan.view], step.expected_gain_m3)
         self._audience.decided(candidates, plan.view, step)
 
     def _move(self, plan: Plan, step: Step) -> None:
+        """Execute the plan. A motion that was not finished leads to no new view: the scan after it adds to the last."""
         problem = self._robot.execute(plan)
-        self._views += 1
         self._failed_motions = self._failed_motions + 1 if problem else 0
         if problem:
+            step.view = self._views
             self._audience.activity(f"the motion was not finished: {problem}")
         if self._failed_motions >= self._config.stop.max_failed_motions:
             raise ExplorationError(f"{self._failed_motions} motions in a row failed, the last one: {problem}")

@@ -96,6 +96,7 @@ class ViewSettings:
     waist_step_deg: float = 15.0
     ray_columns: int = 24
     ray_rows: int = 18
+    return_cell_m: float = 0.1
     known_weight: float = 0.5
     min_gain_m3: float = 0.008
     shortlist: int = 24
@@ -118,6 +119,7 @@ class ViewSettings:
             "scan_s",
             "linear_m_s",
             "angular_deg_s",
+            "return_cell_m",
         )
         _require_not_negative(self, "utility_voxels", "sampled", "suppression_radius_m", "known_weight")
         _require(
@@ -136,9 +138,14 @@ class MotionSettings:
     position_tolerance_m: float = 0.02
     angle_tolerance_deg: float = 5.0
     max_rounds: int = 6
+    max_plans: int = 12
+    good_share: float = 0.6
 
     def __post_init__(self) -> None:
-        _require_positive(self, "plan_budget_s", "position_tolerance_m", "angle_tolerance_deg", "max_rounds")
+        _require_positive(
+            self, "plan_budget_s", "position_tolerance_m", "angle_tolerance_deg", "max_rounds", "max_plans"
+        )
+        _require(0 < self.good_share <= 1, "good_share", self.good_share, "above 0, to 1")
 
 
 @dataclass(frozen=True)

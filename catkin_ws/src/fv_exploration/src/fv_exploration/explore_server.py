@@ -26,8 +26,14 @@ from fv_exploration.conversions import held_objects
 from fv_exploration.exploration import Exploration, ExplorationError, Outcome, Reason
 from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.gain_judge import GainJudge
-from fv_exploration.reachable_views import DrawnViews, ReachableViews
-from fv_exploration.robot_body import HeldObject, RobotBody, clearance_boxes, clearance_voxels
+from fv_exploration.reachable_views import CameraFit, DrawnViews, ReachableViews
+from fv_exploration.robot_body import (
+    CarriedCamera,
+    HeldObject,
+    RobotBody,
+    clearance_boxes,
+    clearance_voxels,
+)
 from fv_exploration.ros_audience import MapPublisher, RosAudience
 from fv_exploration.ros_robot import RosRobot
 from fv_exploration.run_folder import RunFolder
@@ -126,9 +132,8 @@ class ExploreServer:
         bounds = bounds_from_goal(goal)
         self._robot.wait_until_ready()
         occupancy_map = self._new_map(bounds)
-        evaluation = EvaluationConfig(min_fit=self._config.evaluation.min_fit)
-        evaluator = Evaluator(occupancy_map, evaluation)
-        judge = GainJudge(occupancy_map, evaluation, self._ray_camera())
+        evaluator = Evaluator(occupancy_map, EvaluationConfig(min_fit=self._config.evaluation.min_fit))
+        judge = self._judge(occupancy_map, evaluator)
         audience = self._audience(bounds)
         exploration = Exploration(
             occupancy_map,
@@ -168,12 +173,24 @@ class ExploreServer:
     def _clearance(self) -> dict[str, Any]:
         return self._exploring.get("clearance", {})
 
-    def _chooser(self, occupancy_map: OccupancyMap, judge: GainJudge) -> ViewChooser:
-        return ViewChooser(self._config.views, self._reachable_views(), judge.gains, occupancy_map.classify)
+    def _judge(self, occupancy_map: OccupancyMap, evaluator: Evaluator) -> GainJudge:
+        camera = CarriedCamera(self._body, self._group)
+        cell_m = max(self._config.views.return_cell_m, occupancy_map.resolution_m)
+        return GainJudge(occupancy_map, evaluator, self._ray_camera(), cell_m, camera)
 
-    def _reachable_views(self) -> ReachableViews | DrawnViews:
+    def _chooser(self, occupancy_map: OccupancyMap, judge: GainJudge) -> ViewChooser:
+        return ViewChooser(
+            self._config.views, self._reachable_views(occupancy_map), judge, occupancy_map.classify
+        )
+
+    def _reachable_views(self, occupancy_map: OccupancyMap) -> ReachableViews | DrawnViews:
         if self._capability is None:
-            return DrawnViews(functools.partial(self._body.random_views, self._group))
+            balls = self._body.tip_balls(self._group, occupancy_map.resolution_m)
+            return DrawnViews(
+                functools.partial(self._body.random_views, self._group),
+                functools.partial(occupancy_map.voxels, "free"),
+                CameraFit(balls, occupancy_map.classify),
+            )
         step_rad = math.radians(self._config.views.waist_step_deg)
         base_poses = self._body.base_poses(self._group, self._exploring["capability_group"], step_rad)
         return ReachableViews(self._capability, base_poses)

@@ -1,87 +1,86 @@
-"""What a view is expected to show, with a memory for space that was looked at in vain.
-
-Ray casting takes every unknown voxel in sight for one that will be seen. It is not when the ray ends nowhere (open
-space beyond the sensor's range) or on the robot itself: no return is no proof of free space. Such a voxel would lure
-the camera again and again. One that stayed unknown although three scans looked straight at it no longer counts.
-"""
+"""What a view is expected to show, from where it looks, what comes back to the sensor, and what the robot hides."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Mapping
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fv_exploration import EvaluationConfig, Evaluator, OccupancyMap, PinholeCamera, ViewGains, view_gain
+from fv_exploration import Evaluator, OccupancyMap, PinholeCamera, ReturnChance, ViewGains, view_gain
 
 Array = NDArray[np.float64]
-
-ENOUGH_LOOKS = 3
-UNKNOWN, OCCUPIED = -1, 1
+Joints = Mapping[str, float]
 
 
-class VainLooks:
-    """Counts, for each voxel of a bounded map, the scans that looked at it and left it unknown.
+class CameraCarrier(Protocol):
+    """The robot as far as it decides where its camera is and what of the image shows the robot itself."""
 
-    :param rays: (R, 3) unit directions of the sensor, optical frame.
-    :param min_range_m, max_range_m: along the rays.
-    """
+    def camera_pose(self, joints: Joints) -> Array:
+        """(4, 4) pose of the camera in the map frame."""
 
-    def __init__(
-        self, occupancy_map: OccupancyMap, rays: Array, min_range_m: float, max_range_m: float
-    ) -> None:
-        self._map = occupancy_map
-        self._resolution_m = occupancy_map.resolution_m
-        self._first = np.floor(np.asarray(occupancy_map.bounds_min) / self._resolution_m + 1e-6).astype(int)
-        last = np.ceil(np.asarray(occupancy_map.bounds_max) / self._resolution_m - 1e-6).astype(int)
-        self._looks = np.zeros(tuple(last - self._first), dtype=np.uint8)
-        self._rays = rays
-        self._ranges_m = np.arange(min_range_m, max_range_m, self._resolution_m / 2)
-
-    def note(self, T_map_sensor: Array) -> None:
-        """Count what is in sight of (4, 4) and still unknown; call it when the scan is in the map."""
-        rays = self._rays @ T_map_sensor[:3, :3].T
-        points = T_map_sensor[:3, 3] + rays[:, None] * self._ranges_m[None, :, None]
-        classes = self._map.classify(points.reshape(-1, 3)).reshape(len(rays), -1)
-        in_sight = np.cumsum(classes == OCCUPIED, axis=1) == 0
-        keys = (
-            np.floor(points[in_sight & (classes == UNKNOWN)] / self._resolution_m).astype(int) - self._first
-        )
-        keys = np.unique(keys[((keys >= 0) & (keys < self._looks.shape)).all(axis=1)], axis=0)
-        self._looks[tuple(keys.T)] = np.minimum(self._looks[tuple(keys.T)], 254) + 1
-
-    def voxels(self) -> Array:
-        """(N, 3) centres [m] of the voxels that were looked at often enough and are unknown."""
-        centres = (np.argwhere(self._looks >= ENOUGH_LOOKS) + self._first + 0.5) * self._resolution_m
-        return centres[self._map.classify(centres) == UNKNOWN] if len(centres) else centres
+    def hides(self, rays_m: Array, joints: Joints) -> NDArray[np.bool_]:
+        """(R,) which rays, given by their ends (R, 3) [m] in the optical frame, end on the robot."""
 
 
 class GainJudge:
-    """Expected gains on a copy of the map in which what was looked at in vain counts as free.
+    """Expected gains of views by ray casting on the evaluated map.
 
+    Rays see through unknown space, and each counts with the chance that it comes back (``ReturnChance``): no return is
+    no proof of free space, so a look into the open shows nothing. Where the robot itself would be in the image is known
+    only when its joints are: ``gains`` judges without, ``gain_at`` with it.
+
+    :param evaluator: of the map; its last update is judged.
     :param camera: with as many rays as the gain is to be cast with.
+    :param carrier: None: nothing of the robot is ever in view.
+    :param cell_m: edge of the cells in which it is remembered what came back.
     """
 
-    def __init__(self, occupancy_map: OccupancyMap, config: EvaluationConfig, camera: PinholeCamera) -> None:
+    def __init__(
+        self,
+        occupancy_map: OccupancyMap,
+        evaluator: Evaluator,
+        camera: PinholeCamera,
+        cell_m: float,
+        carrier: CameraCarrier | None = None,
+    ) -> None:
         self._map = occupancy_map
-        self._config = config
+        self._evaluator = evaluator
         self._camera = camera
-        self._vain = VainLooks(occupancy_map, camera.rays(), camera.min_range_m, camera.max_range_m)
-        self._judged: tuple[int, Any, Any] | None = None  # sequence of the map, copy, its evaluator
+        self._carrier = carrier
+        self._ray_ends_m = camera.rays() * camera.max_range_m
+        self._returns = ReturnChance(occupancy_map.bounds_min, occupancy_map.bounds_max, cell_m, camera)
 
-    def note(self, T_map_sensor: Array) -> None:
-        """A scan from this pose (4, 4) is in the map."""
-        self._vain.note(T_map_sensor)
+    def note(self, points: Array, T_map_sensor: Array, joints: Joints) -> None:
+        """Learn from a scan: (N, 3) points [m] of the optical frame without the robot's own, taken at these joints."""
+        hidden = self._carrier.hides(self._ray_ends_m, joints) if self._carrier else None
+        self._returns.note(T_map_sensor, points, hidden)
 
     def gains(self, T_map_cameras: Array) -> ViewGains:
-        """Expected gains of (V, 4, 4) camera poses."""
-        if self._judged is None or self._judged[0] != self._map.sequence:
-            copy = self._map.snapshot()
-            vain = self._vain.voxels()
-            if len(vain):
-                copy.mark_free(vain)
-            evaluator = Evaluator(copy, self._config)
-            evaluator.update()
-            self._judged = (self._map.sequence, copy, evaluator)
-        _, copy, evaluator = self._judged
-        return view_gain(copy, evaluator, T_map_cameras, self._camera)
+        """Expected gains of (V, 4, 4) camera poses, if the robot is in no image."""
+        return self._gains(T_map_cameras, True)
+
+    def gain_at(self, T_map_camera: Array, joints: Joints) -> ViewGains:
+        """Expected gains (1,) of the view that the robot has at these joints.
+
+        :param T_map_camera: (4, 4) what the view is taken for where nothing carries the camera.
+        """
+        if self._carrier is None:
+            return self.gains(T_map_camera[None])
+        pose = self._carrier.camera_pose(joints)[None]
+        seen = ~self._carrier.hides(self._ray_ends_m, joints)
+        return self._gains(pose, seen)
+
+    def _gains(self, T_map_cameras: Array, seen: NDArray[np.bool_] | bool) -> ViewGains:
+        if len(T_map_cameras) == 0:
+            return view_gain(self._map, self._evaluator, T_map_cameras, self._camera)
+        chances, reaches_m = self._returns.outlook(T_map_cameras)
+        return view_gain(
+            self._map,
+            self._evaluator,
+            T_map_cameras,
+            self._camera,
+            ray_chances=chances * seen,
+            ray_reaches_m=reaches_m,
+        )

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from fv_exploration.view_geometry import upright_poses
+
 Array = NDArray[np.float64]
+
+FREE = 0
+"""What ``OccupancyMap.classify`` says of a free voxel."""
 
 
 class CapabilityQueries(Protocol):
@@ -86,22 +92,63 @@ class ReachableViews:
         )
 
 
+class CameraFit:
+    """Whether what moves with the camera fits into known free space at a view, whatever the rest of the robot does.
+
+    :param balls: (S, 4) centre and radius [m] in the camera's frame, that cover what moves with it.
+    :param classify: ``(positions (N, 3)) -> (N,)`` with 0 for free.
+    """
+
+    ROLLS = 4
+
+    def __init__(self, balls: Array, classify: Callable[[Array], NDArray[np.int8]]) -> None:
+        reach = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+        self._points = (balls[:, None, :3] + balls[:, None, 3:] * reach).reshape(-1, 3)
+        self._classify = classify
+
+    def __call__(self, positions: Array, directions: Array) -> NDArray[np.bool_]:
+        """(N,) which views, positions (N, 3) and unit directions (N, 3), have room for it in some roll of the image."""
+        poses = upright_poses(positions, directions)
+        fits = np.zeros(len(poses), dtype=bool)
+        for angle in np.arange(self.ROLLS) * 2.0 * math.pi / self.ROLLS:
+            rows = np.nonzero(~fits)[0]
+            c, s = math.cos(angle), math.sin(angle)
+            rolled = self._points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+            points = np.einsum("nij,pj->npi", poses[rows, :3, :3], rolled) + poses[rows, None, :3, 3]
+            free = self._classify(points.reshape(-1, 3)).reshape(len(rows), len(rolled)) == FREE
+            fits[rows] = free.all(axis=1)
+        return fits
+
+
 class DrawnViews:
     """Views of a group without a capability map, such as a camera that flies: drawn from its joint space.
 
-    Whatever lies in the box about many drawn positions counts as reachable; the planner has the last word.
+    Where the camera has room in the box about many drawn positions counts as reachable; the planner has the last word.
+    Half of the samples are drawn poses, half look in drawn directions from known free space: of a large joint space
+    little may be free.
 
     :param draw: ``(count, random) -> (count, 4, 4)`` camera poses in the map frame that the group can take.
+    :param free_space: centres (F, 3) of the voxels that are known to be free, at the moment.
+    :param fits: ``(positions (N, 3), directions (N, 3)) -> (N,)`` whether the camera has room there.
     """
 
-    def __init__(self, draw: Callable[[int, np.random.Generator], Array]) -> None:
+    def __init__(
+        self,
+        draw: Callable[[int, np.random.Generator], Array],
+        free_space: Callable[[], Array],
+        fits: Callable[[Array, Array], NDArray[np.bool_]],
+    ) -> None:
         self._draw = draw
+        self._free_space = free_space
+        self._fits = fits
         positions = draw(4000, np.random.default_rng(0))[:, :3, 3]
         self._low, self._high = positions.min(axis=0), positions.max(axis=0)
 
     def reachability(self, positions: Array, directions: Array) -> Array:
-        """(N,) 1 within the box, 0 elsewhere, whatever the direction."""
-        return self.within_reach(positions).astype(float)
+        """(N,) 1 where the camera has room within the box, 0 elsewhere."""
+        inside = self.within_reach(positions)
+        inside[inside] = self._fits(positions[inside], directions[inside])
+        return inside.astype(float)
 
     def within_reach(self, positions: Array) -> NDArray[np.bool_]:
         """Which of (N, 3) positions [m] of the map frame lie in the box."""
@@ -110,4 +157,10 @@ class DrawnViews:
     def sample(self, count: int, random: np.random.Generator) -> tuple[Array, Array]:
         """Positions (count, 3) [m] and unit directions (count, 3), map frame."""
         poses = self._draw(count, random)
-        return poses[:, :3, 3], poses[:, :3, 2]
+        positions, directions = poses[:, :3, 3], poses[:, :3, 2]
+        free = np.asarray(self._free_space(), dtype=float)
+        free = free[self.within_reach(free)]
+        if len(free):
+            half = count // 2
+            positions[:half] = free[random.integers(len(free), size=half)]
+        return positions, directions

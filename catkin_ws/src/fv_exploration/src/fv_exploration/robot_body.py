@@ -11,13 +11,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fv_robot_model import RobotModel, SelfFilter, SelfFilterConfig, Shape, body_voxels
+from fv_robot_model import (
+    LinkFilterConfig,
+    RobotModel,
+    SelfFilter,
+    SelfFilterConfig,
+    Shape,
+    body_voxels,
+    sphere_cover,
+)
 
 Array = NDArray[np.float64]
 SCENE = 0
 """Labels of ``SelfFilter.classify``: a point of the scene ..."""
 NO_RETURN = 3
 """... and a row of NaN."""
+FAR_M = 1000.0
+"""Longer than any ray of a camera."""
+HOUSING_M = 0.01
+"""A link so near to a camera's optical centre is the camera's own housing, which does not hide its view."""
 TURN_RAD = 2.0 * math.pi
 """An unlimited joint is drawn within one turn to either side."""
 
@@ -56,6 +68,7 @@ class RobotBody:
                 item.name, item.link, [item.shape], touch_links=list(item.touch_links)
             )
         self._laden, self._filter = laden, SelfFilter(laden, self._filter_config)
+        self._occluders: dict[str, SelfFilter] = {}
 
     def joint_vector(self, positions: Mapping[str, float]) -> Array:
         """(J,) values of all joints [rad or m]; a joint that is not named stands at 0."""
@@ -68,6 +81,57 @@ class RobotBody:
         T_root_sensor = np.linalg.inv(self._T_map_root) @ T_map_sensor
         labels = self._filter.classify(points, T_root_sensor, self.joint_vector(positions))
         return (labels != SCENE) & (labels != NO_RETURN)
+
+    def camera_pose(self, group: str, positions: Mapping[str, float]) -> Array:
+        """(4, 4) pose of the group's tip, its camera's optical frame, in the map frame."""
+        poses = self.model.forward(self.joint_vector(positions))
+        return self._T_map_root @ poses[self._tip(group)]
+
+    def hides(self, group: str, rays_m: Array, positions: Mapping[str, float]) -> NDArray[np.bool_]:
+        """(R,) which rays of the group's camera end on the robot.
+
+        :param rays_m: (R, 3) the rays' ends [m], optical frame: what lies farther hides nothing.
+        """
+        q = self.joint_vector(positions)
+        T_root_camera = self.model.forward(q)[self._tip(group)]
+        return self._occluder(group).classify(rays_m, T_root_camera, q) != SCENE
+
+    def tip_balls(self, group: str, max_radius_m: float) -> Array:
+        """(S, 4) balls, centre and radius [m] in the frame of the group's tip, that cover the links moving with it."""
+        tip = self._tip(group)
+        low, high = (self.model.forward(np.full(len(self.model.joint_names), q)) for q in (0.0, 0.3))
+        found = [np.empty((0, 4))]
+        for index, link in enumerate(self.model.link_names):
+            T_tip_link = np.linalg.inv(low[tip]) @ low[index]
+            if np.allclose(T_tip_link, np.linalg.inv(high[tip]) @ high[index], atol=1e-9):
+                balls = np.asarray(sphere_cover(self.model, link, max_radius_m)).reshape(-1, 4)
+                centres = balls[:, :3] @ T_tip_link[:3, :3].T + T_tip_link[:3, 3]
+                found.append(np.concatenate([centres, balls[:, 3:]], axis=1))
+        return np.concatenate(found)
+
+    def _occluder(self, group: str) -> SelfFilter:
+        """A filter whose shadows reach from the far end of a ray to the camera; all of the robot but the housing."""
+        if group not in self._occluders:
+            config = SelfFilterConfig(padding_m=0.0, shadow_m=FAR_M, links=self._housing(group))
+            self._occluders[group] = SelfFilter(self._laden, config)
+        return self._occluders[group]
+
+    def _housing(self, group: str) -> dict[str, LinkFilterConfig]:
+        """The links about the optical centre, to be ignored; they do not move against it."""
+        q = self.joint_vector({})
+        centre = self.model.forward(q)[self._tip(group)][None, :3, 3]
+        ignored = LinkFilterConfig(ignore=True)
+        housing = {}
+        for link in self.model.link_names:
+            others = {name: ignored for name in self.model.link_names if name != link}
+            if SelfFilter(self.model, SelfFilterConfig(padding_m=HOUSING_M, links=others)).is_robot(
+                centre, q
+            )[0]:
+                housing[link] = ignored
+        return housing
+
+    def _tip(self, group: str) -> int:
+        return self.model.link_names.index(self.model.group(group).tip_link)
 
     def voxels(self, positions: Mapping[str, float], resolution_m: float, padding_m: float) -> Array:
         """(N, 3) centres [m], map frame, of the voxels that the padded robot meets."""
@@ -82,8 +146,7 @@ class RobotBody:
             index = self.model.joint_names.index(name)
             limits = self.model.limits[index]
             q[:, index] = random.uniform(max(limits.lower, -TURN_RAD), min(limits.upper, TURN_RAD), count)
-        tip = self.model.link_names.index(joints.tip_link)
-        return self._T_map_root @ self.model.forward(q)[:, tip]
+        return self._T_map_root @ self.model.forward(q)[:, self._tip(group)]
 
     def base_poses(self, group: str, capability_group: str, step_rad: float) -> Array:
         """Poses that a capability map's base can take by the joints of the group that come before it.
@@ -105,6 +168,22 @@ class RobotBody:
         limits = self.model.limits[self.model.joint_names.index(joint)]
         count = max(2, math.ceil((limits.upper - limits.lower) / step) + 1)
         return np.linspace(limits.lower, limits.upper, count)
+
+
+@dataclass(frozen=True)
+class CarriedCamera:
+    """The camera at the tip of one of the robot's groups: what ``gain_judge.CameraCarrier`` asks for."""
+
+    body: RobotBody
+    group: str
+
+    def camera_pose(self, joints: Mapping[str, float]) -> Array:
+        """See ``RobotBody.camera_pose``."""
+        return self.body.camera_pose(self.group, joints)
+
+    def hides(self, rays_m: Array, joints: Mapping[str, float]) -> NDArray[np.bool_]:
+        """See ``RobotBody.hides``."""
+        return self.body.hides(self.group, rays_m, joints)
 
 
 def clearance_boxes(clearance: Mapping[str, Any], pose_of: Any) -> list[tuple[Array, Array]]:

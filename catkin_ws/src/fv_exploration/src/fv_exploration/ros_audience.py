@@ -104,6 +104,7 @@ class RosAudience:
         self._known_share = 0.0
         self._best_gain = 0.0
         self._last: tuple[Any, Any] | None = None
+        self._chosen: tuple[int, Array] | None = None  # number and pose of the view that is next
         self._contacts = ContactCount()
         self._evaluation_pub = rospy.Publisher(
             "/fv_exploration/evaluation", Evaluation, queue_size=1, latch=True
@@ -142,11 +143,7 @@ class RosAudience:
         message.max_range = self._camera.max_range_m
         self._best_gain = float(candidates.gains.max(initial=0.0))
         self._views_pub.publish(message)
-        if self._folder and chosen >= 0:
-            pose = candidates.poses[chosen]
-            self._folder.add_view(
-                {"view": step.view, "expected_gain_m3": step.expected_gain_m3, "pose": pose.tolist()}
-            )
+        self._chosen = (step.view, candidates.poses[chosen]) if chosen >= 0 else None
         self._snapshot(step)
 
     def view_done(self, step: Step) -> None:
@@ -154,6 +151,7 @@ class RosAudience:
         self._views = step.view
         if self._folder:
             self._folder.add_row(self._row(step))
+            self._note_view(step)
             self._folder.note_known(step.view, self._last[0])
         rospy.loginfo(
             "view %d: %.1f %% of the volume known, %.3f m^3 new (expected %.3f)",
@@ -162,6 +160,14 @@ class RosAudience:
             step.real_gain_m3,
             step.expected_gain_m3,
         )
+
+    def _note_view(self, step: Step) -> None:
+        """Write down the view that was chosen, if it was reached."""
+        if self._chosen is None or self._chosen[0] != step.view:
+            return
+        view, pose = self._chosen
+        figures = {"expected_gain_m3": step.expected_gain_m3, "real_gain_m3": step.real_gain_m3}
+        self._folder.add_view({"view": view, **figures, "pose": pose.tolist(), "joints": dict(step.joints)})
 
     def finish(self) -> None:
         """Write the map and what was last evaluated."""

@@ -114,9 +114,10 @@ class RosRobot:
             points = points_from_cloud(cloud).astype(float)
         except (ExplorationError, MessageError) as error:
             raise ScanError(str(error)) from error
-        own = self._is_robot(points, T_map_sensor, self._joints_at(cloud.header.stamp))
+        joints = self._joints_at(cloud.header.stamp)
+        own = self._is_robot(points, T_map_sensor, joints)
         self._publish_removed(points[own], T_map_sensor, cloud.header.stamp)
-        return Scan(points[~own], T_map_sensor)
+        return Scan(points[~own], T_map_sensor, joints)
 
     def plan(self, poses: Array, scores: Array, map_sequence: int, seed: int) -> Plan:
         """Ask the planning node for a motion to the best of these camera poses."""
@@ -142,7 +143,9 @@ class RosRobot:
             )
         if result.status != PlanMotionResult.SUCCESS:
             return Plan(None, -1, result.message)
-        return Plan(result, result.goal_index, result.message, result.duration, result.path_length)
+        motion = result.trajectory
+        ends = dict(zip(motion.joint_names, motion.points[-1].positions, strict=True))
+        return Plan(result, result.goal_index, result.message, result.duration, result.path_length, ends)
 
     def execute(self, plan: Plan) -> str:
         """Execute the plan; the text says why it was not finished, empty when it was."""

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fv_exploration.explore_config import ViewSettings
-from fv_exploration.reachable_views import DrawnViews, ReachableViews
+from fv_exploration.reachable_views import FREE, DrawnViews, ReachableViews
 from fv_exploration.view_geometry import angles_between, are_alike, spread_out, upright_poses
 
 Array = NDArray[np.float64]
 
-FREE = 0
-"""What ``OccupancyMap.classify`` says of a free voxel."""
 DISAPPOINTING_SHARE = 0.5
 """A view that showed less than this share of what was expected casts doubt on the views beside it."""
 
@@ -51,6 +49,16 @@ class Doubt:
     share: float
 
 
+class Judge(Protocol):
+    """Who expects what views show: arrays ``void_volume_m3``, ``unknown_volume_m3`` and ``frontier_area_m2``."""
+
+    def gains(self, T_map_cameras: Array) -> Any:
+        """Of (V, 4, 4) camera poses, for all that is known before there is a motion."""
+
+    def gain_at(self, T_map_camera: Array, joints: Mapping[str, float]) -> Any:
+        """Of the one view (4, 4) when it is taken at these joints."""
+
+
 class ViewChooser:
     """Proposes views in the order of their expected gain for their cost.
 
@@ -58,8 +66,6 @@ class ViewChooser:
     (Algorithm 1), and views drawn from the capability map, so that the exploration does not end only because utility
     gathers where the arm cannot reach. Both are judged alike: by the volume that ray casting expects to see anew.
 
-    :param view_gain: ``(poses (V, 4, 4)) -> object`` with arrays ``void_volume_m3``, ``unknown_volume_m3`` and
-        ``frontier_area_m2`` of length V.
     :param classify: ``(positions (N, 3)) -> (N,)`` with -1 unknown, 0 free, 1 occupied.
     """
 
@@ -67,12 +73,12 @@ class ViewChooser:
         self,
         settings: ViewSettings,
         reachable: ReachableViews | DrawnViews,
-        view_gain: Callable[[Array], Any],
+        judge: Judge,
         classify: Callable[[Array], NDArray[np.int8]],
     ) -> None:
         self._settings = settings
         self._reachable = reachable
-        self._view_gain = view_gain
+        self._judge = judge
         self._classify = classify
         self._pool = Candidates()
         self._rejected: list[Array] = []
@@ -113,6 +119,15 @@ class ViewChooser:
             self._rejected.append(pose)
             self._drop_alike(pose)
 
+    def leave_out(self, pose: Array) -> None:
+        """The motion to this view was not good enough: it and its like wait for the next decision."""
+        self._drop_alike(pose)
+
+    def gain_at(self, pose: Array, joints: Mapping[str, float]) -> float:
+        """What the view is worth [m^3] when it is taken at these joints, with the robot in the image."""
+        gain = self._worth(self._judge.gain_at(pose, joints)) * self._trust(pose[None])
+        return float(gain[0])
+
     def expect(self, pose: Array, gain_m3: float) -> None:
         """A motion to this view begins; ``learn`` compares what it shows."""
         self._expected = (pose, gain_m3)
@@ -123,7 +138,7 @@ class ViewChooser:
             return
         pose, expected_m3 = self._expected
         self._expected = None
-        share = gain_m3 / expected_m3
+        share = gain_m3 / expected_m3 if expected_m3 > 0 else 1.0
         if share < DISAPPOINTING_SHARE:
             self._doubts.append(Doubt(pose, max(share, 0.0)))
         else:
@@ -152,21 +167,24 @@ class ViewChooser:
         return points[best], directions[best], values[best]
 
     def _judged(self, poses: Array, utility: Array, reachability: Array, T_map_sensor: Array) -> Candidates:
-        gain = self._view_gain(poses)
-        void = np.asarray(gain.void_volume_m3, dtype=float)
-        unknown = np.asarray(gain.unknown_volume_m3, dtype=float)
-        worth = void + self._settings.known_weight * (unknown - void)
-        gains = worth * self._trust(poses)
+        gain = self._judge.gains(poses)
+        gains = self._worth(gain) * self._trust(poses)
         return Candidates(
             poses=poses,
             utility=utility,
             reachability=reachability,
-            void_gain=void,
-            unknown_gain=unknown,
+            void_gain=np.asarray(gain.void_volume_m3, dtype=float),
+            unknown_gain=np.asarray(gain.unknown_volume_m3, dtype=float),
             frontier_gain=np.asarray(gain.frontier_area_m2, dtype=float),
             gains=gains,
             scores=gains / self._costs(poses, T_map_sensor),
         )
+
+    def _worth(self, gain: Any) -> Array:
+        """Volume [m^3] in which a voxel outside the hull counts less than a void."""
+        void = np.asarray(gain.void_volume_m3, dtype=float)
+        unknown = np.asarray(gain.unknown_volume_m3, dtype=float)
+        return void + self._settings.known_weight * (unknown - void)
 
     def _costs(self, poses: Array, T_map_sensor: Array) -> Array:
         """Seconds that a view costs: the scan, and a motion as long as the distance suggests."""
