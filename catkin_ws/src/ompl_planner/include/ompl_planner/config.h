@@ -16,11 +16,12 @@ using ConfigValue = std::variant<bool, double, std::string>;
 struct PlannerConfig {
   std::string planner{"RRTConnect"};  ///< Planner when a request names none.
   std::string world_check{
-      "distance_field"};           ///< Of the search: distance_field, or fcl_octree (slow, a reference).
-  double time_budget_s{5.0};       ///< Computing time of a request that names none [s].
-  double padding_m{0.01};          ///< Links keep this distance from the map's obstacles [m].
-  double search_margin_m{0.004};   ///< More than padding_m while searching: the judge samples elsewhere [m].
-  double self_padding_m{0.002};    ///< Links grow by this much against each other [m].
+      "distance_field"};          ///< Of the search: distance_field, or fcl_octree (slow, a reference).
+  double time_budget_s{5.0};      ///< Computing time of a request that names none [s].
+  double padding_m{0.01};         ///< Links keep this distance from the map's obstacles [m].
+  double search_margin_m{0.004};  ///< More than padding_m while searching: the judge samples elsewhere [m].
+  double self_padding_m{0.0015};  ///< Links grow by this much against each other [m].
+  double self_search_margin_m{0.0005};  ///< More than self_padding_m while searching [m].
   double start_tolerance_m{0.02};  ///< Start links may reach this deep (padding included) into voxels [m].
   double joint_step_rad{0.0087};   ///< Largest joint step between checked states [rad], 0.5 degrees.
   double search_step_rad{
@@ -35,8 +36,9 @@ struct PlannerConfig {
   double ik_step_rad{0.2};        ///< Step of redundant joints in inverse kinematics [rad].
   double ik_starts{4};            ///< Starts of inverse kinematics for arms without a closed form.
   double max_goal_states{8};      ///< Collision-free goal states that the search aims at.
-  double detour_ratio{1.3};       ///< Paths this much longer than the straight line are searched for anew.
+  double detour_ratio{1.15};      ///< Paths this much longer than the straight line are searched for anew.
   double detour_searches{6};      ///< So often at most.
+  double detour_rounds{3000};     ///< Rounds after which such a search gives up.
   double shortcut_rounds{60};     ///< Random shortcuts tried on a found path.
   double blend_radius_rad{0.3};   ///< Largest rounding of the path's corners [rad].
   double sample_period_s{0.01};   ///< Spacing of the trajectory's points [s].

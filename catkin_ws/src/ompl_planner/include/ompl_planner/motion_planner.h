@@ -103,6 +103,8 @@ class MotionPlanner {
   std::shared_ptr<WorldMemory> worlds_;
   std::map<std::string, std::shared_ptr<const fv_robot_model::SelfCollision>> self_;  ///< By group.
   std::map<std::string, std::shared_ptr<const fv_robot_model::SelfCollision>>
+      search_self_;  ///< With the search's margin.
+  std::map<std::string, std::shared_ptr<const fv_robot_model::SelfCollision>>
       bare_self_;  ///< Without padding.
   mutable std::mutex ik_mutex_;
   mutable std::map<std::string, std::pair<double, std::shared_ptr<const fv_robot_model::ik::IkSolver>>>

@@ -20,7 +20,12 @@ struct SearchProblem {
   std::function<bool(const JointVector&, const JointVector&)> edge_valid;
   double range_rad{0.6};
   std::size_t quality_rounds{3000};  ///< For planners that go on improving a path.
+  std::size_t search_rounds{0};      ///< For the others: they give up after so many; 0: when `stop` fires.
 };
+
+/// The same search among the states that a path shorter than `length` [rad] can pass: an ellipsoid about the
+/// start and each goal (Gammell et al., Informed RRT*, IROS 2014, equation 1).
+SearchProblem shorterThan(const SearchProblem& problem, double length);
 
 /// Names that findPath accepts.
 const std::vector<std::string>& plannerNames();

@@ -16,6 +16,14 @@ namespace {
 using fv_robot_model::Group;
 using fv_robot_model::RobotModel;
 
+/// Lengths that searches for a shorter path may reach: by turns halfway to what is no detour, where paths are
+/// found easily, and hardly more than that, where only good ones are. The shares were found by trying.
+double detourBound(const JointPath& path, double detour_ratio, std::uint32_t search) {
+  const double length = pathLength(path);
+  const double aim = detour_ratio * (path.back() - path.front()).norm();
+  return std::min(0.95 * length, search % 2U == 0U ? 0.5 * (aim + 0.9 * length) : 1.1 * aim);
+}
+
 }  // namespace
 
 MotionPlanner::MotionPlanner(std::shared_ptr<const RobotModel> model,
@@ -29,6 +37,9 @@ MotionPlanner::MotionPlanner(std::shared_ptr<const RobotModel> model,
     const fv_robot_model::SelfCollisionConfig self_config{config_.self_padding_m, true};
     const Group& group = model_->group(name);
     self_[name] = std::make_shared<fv_robot_model::SelfCollision>(*model_, group, self_config);
+    const double margin = config_.self_padding_m + config_.self_search_margin_m;
+    search_self_[name] = std::make_shared<fv_robot_model::SelfCollision>(
+        *model_, group, fv_robot_model::SelfCollisionConfig{margin, true});
     bare_self_[name] = std::make_shared<fv_robot_model::SelfCollision>(*model_, group);
   }
 }
@@ -116,7 +127,7 @@ bool MotionPlanner::prepareStart(Job& job) const {
   const PreparedWorld prepared =
       worlds_->get(request.map.grid, request.unknown_space, request.bubble_radius_m, *model_, job.group,
                    poses, request.T_map_root);
-  const auto& self = self_.at(job.group.name);
+  const auto& search_self = search_self_.at(job.group.name);
   for (auto* checker : {&job.judge, &job.searcher}) {
     const bool searching = checker == &job.searcher;
     const double margin = searching ? config_.search_margin_m : 0.0;
@@ -136,6 +147,7 @@ bool MotionPlanner::prepareStart(Job& job) const {
                                                 world, padding);
     }
     job.fast = fast;
+    const auto& self = searching ? search_self : self_.at(job.group.name);
     *checker = std::make_unique<StateChecker>(*model_, job.group, request.start_all, world, self,
                                               config_.joint_step_rad, check);
   }
@@ -144,7 +156,7 @@ bool MotionPlanner::prepareStart(Job& job) const {
     return job.fail(PlanStatus::StartInCollision,
                     "start: links '" + pair->first + "' and '" + pair->second + "' touch");
   }
-  const auto close_pairs = self->contacts(poses);
+  const auto close_pairs = search_self->contacts(poses);
   job.judge->allowClosePairs(bare, close_pairs);
   job.searcher->allowClosePairs(bare, close_pairs);
   return true;
@@ -184,7 +196,7 @@ std::optional<JointPath> MotionPlanner::straightPath(const Job& job) const {
 }
 
 /// A path that is much longer than the straight line to its goal may have taken the wrong side of something:
-/// other seeds may find shorter ones. Counted, so that equal requests give equal paths.
+/// searches among the states that a shorter one can pass. Counted, so that equal requests give equal paths.
 void MotionPlanner::shortenDetour(Job& job) const {
   const std::string& planner = plannerOf(job.request);
   if (!isWorthRepeating(planner)) return;
@@ -193,8 +205,10 @@ void MotionPlanner::shortenDetour(Job& job) const {
   };
   for (std::uint32_t i = 0; i < config_.detour_searches && is_detour(job.path) && !job.stop(); ++i) {
     const JointPath best = job.path;
-    const auto other = findPath(searchProblem(job), planner, job.request.seed + 7919U * (i + 1U),
-                                [&job] { return job.stop(); });
+    SearchProblem problem = shorterThan(searchProblem(job), detourBound(best, config_.detour_ratio, i));
+    problem.search_rounds = static_cast<std::size_t>(config_.detour_rounds);
+    const auto other =
+        findPath(problem, planner, job.request.seed + 7919U * (i + 1U), [&job] { return job.stop(); });
     if (other) job.path = *other;
     if (!other || !shorten(job) || pathLength(job.path) >= pathLength(best)) job.path = best;
   }

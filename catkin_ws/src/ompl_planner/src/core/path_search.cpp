@@ -11,6 +11,7 @@
 #include <ompl/geometric/planners/rrt/RRTstar.h>
 #include <ompl/util/RandomNumbers.h>
 
+#include <algorithm>
 #include <map>
 #include <stdexcept>
 
@@ -102,11 +103,10 @@ const std::map<std::string, Kind>& kinds() {
   return table;
 }
 
-/// Ends when stop fires and, for planners that go on improving, after so many rounds: counted, so that equal
-/// requests give equal paths.
-ob::PlannerTerminationCondition termination(const std::function<bool()>& stop, bool improves,
-                                            std::size_t rounds) {
-  if (!improves) return ob::PlannerTerminationCondition(stop);
+/// Ends when stop fires or after so many rounds (0: no matter how many): counted, so that equal requests give
+/// equal paths.
+ob::PlannerTerminationCondition termination(const std::function<bool()>& stop, std::size_t rounds) {
+  if (rounds == 0) return ob::PlannerTerminationCondition(stop);
   auto left = std::make_shared<std::size_t>(rounds);
   return ob::PlannerTerminationCondition([stop, left] {
     if (*left > 0) --*left;
@@ -188,6 +188,18 @@ std::optional<JointPath> exactPath(const ob::ProblemDefinition& definition) {
   return path;
 }
 
+SearchProblem shorterThan(const SearchProblem& problem, double length) {
+  SearchProblem informed = problem;
+  informed.valid = [start = problem.start, goals = problem.goals, valid = problem.valid,
+                    length](const JointVector& q) {
+    const double left = length - (q - start).norm();
+    return std::any_of(goals.begin(), goals.end(),
+                       [&](const JointVector& goal) { return (q - goal).norm() < left; }) &&
+           valid(q);
+  };
+  return informed;
+}
+
 std::optional<JointPath> findPath(const SearchProblem& problem, const std::string& planner,
                                   std::uint32_t seed, const std::function<bool()>& stop) {
   checkPlannerName(planner);
@@ -198,7 +210,8 @@ std::optional<JointPath> findPath(const SearchProblem& problem, const std::strin
   const auto search = makePlanner(planner, info, problem);
   search->setProblemDefinition(definition);
   search->setup();
-  search->solve(termination(stop, kinds().at(planner).improves, problem.quality_rounds));
+  search->solve(
+      termination(stop, kinds().at(planner).improves ? problem.quality_rounds : problem.search_rounds));
   return exactPath(*definition);
 }
 
