@@ -54,11 +54,16 @@ def spread_out(
     :return: up to ``count`` indices, best first.
     """
     order = np.argsort(-scores, kind="stable")
+    positions, directions = poses[order, :3, 3], poses[order, :3, 2]  # contiguous: gathered once
+    left = np.ones(len(order), dtype=bool)
     chosen: list[int] = []
-    while len(order) and len(chosen) < count:
-        best = int(order[0])
-        chosen.append(best)
-        order = order[~are_alike(poses[order], poses[best], spread_m, spread_rad)]
+    for row in range(len(order)):
+        if len(chosen) == count:
+            break
+        if left[row]:
+            chosen.append(int(order[row]))
+            near = np.nonzero(np.linalg.norm(positions - positions[row], axis=1) <= spread_m)[0]
+            left[near[angles_between(directions[near], directions[row]) <= spread_rad]] = False
     return np.array(chosen, dtype=np.int64)
 
 
