@@ -23,7 +23,9 @@ struct Pair {
 class PairQueue {
  public:
   /// @param pairs about how many there will be. Few of them stay in the caches anyway: one heap for all.
-  explicit PairQueue(std::size_t pairs) : front_(pairs < 2048 ? INT_MAX - 1 : -1) {}
+  explicit PairQueue(std::size_t pairs) : front_(pairs < 2048 ? INT_MAX - 1 : -1) {
+    if (front_ < 0) chunks_.reserve(pairs / 6);  // to grow step by step would touch several times the memory
+  }
 
   void push(const Pair& pair) {
     const int bucket = bucketOf(pair.squared_distance);

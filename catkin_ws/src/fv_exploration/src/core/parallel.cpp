@@ -64,10 +64,12 @@ class Pool {
   static Pool& ofProcess() {
     static const int registered = pthread_atfork(nullptr, nullptr, [] { instance() = nullptr; });
     static_cast<void>(registered);
-    static std::mutex making;
-    const std::lock_guard<std::mutex> lock(making);
-    if (!instance()) instance() = new Pool;
-    return *instance();
+    if (Pool* pool = instance()) return *pool;
+    Pool* none = nullptr;
+    auto* fresh = new Pool;
+    if (instance().compare_exchange_strong(none, fresh)) return *fresh;
+    delete fresh;  // somebody else was faster; it has no threads yet
+    return *none;
   }
 
   void run(Job& job, int helpers) {
@@ -89,8 +91,8 @@ class Pool {
     int thread;
   };
 
-  static Pool*& instance() {
-    static Pool* pool = nullptr;
+  static std::atomic<Pool*>& instance() {
+    static std::atomic<Pool*> pool{nullptr};
     return pool;
   }
 

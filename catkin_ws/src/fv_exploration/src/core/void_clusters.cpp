@@ -217,6 +217,7 @@ std::vector<std::pair<int, int>> labelEdges(const LabelBox& box, const std::vect
   for (int i = 0; i < static_cast<int>(labels.size()); ++i) order[fill[labels[i]]++] = i;
   std::vector<int> seen(count, -1);
   std::vector<std::pair<int, int>> edges;
+  edges.reserve(static_cast<std::size_t>(count) * 8);  // of compact bodies; what is not used is never touched
   for (int label = 0; label < count; ++label)
     for (int k = start[label]; k < start[label + 1]; ++k)
       for (const int offset : box.neighbour) {
