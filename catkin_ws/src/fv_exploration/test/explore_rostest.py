@@ -2,6 +2,7 @@
 """The whole chain on simulated input: HUBO explores a part of the shelf world."""
 
 import csv
+import json
 import subprocess
 import sys
 import tempfile
@@ -107,7 +108,15 @@ class ExploreTest(unittest.TestCase):
         time.sleep(3.0)
         self.client.cancel_goal()
         self.assertTrue(wait_for(lambda: self.client.get_state() == GoalStatus.PREEMPTED, 60))
-        self.assertEqual(self.client.get_result().status, ExploreResult.CANCELLED)
+        result = self.client.get_result()
+        self.assertEqual(result.status, ExploreResult.CANCELLED)
+        folder = Path(self.folder.name)
+        with (folder / "metrics.csv").open() as file:
+            views = [int(row["view"]) for row in csv.DictReader(file)]
+        self.assertEqual(views, list(range(result.views + 1)), "a motion that was cut short is no view")
+        if result.views:
+            reached = json.loads((folder / "views.json").read_text())
+            self.assertEqual([view["view"] for view in reached], views[1:])
 
     def test_3_bounds_inside_out_are_refused_with_the_reason(self):
         message = goal()

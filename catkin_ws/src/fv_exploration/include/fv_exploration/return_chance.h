@@ -34,8 +34,10 @@ class ReturnChance {
   /// What to expect of each ray of each view: the chance to come back from within the sensor's range, and the
   /// length at which a known surface, a cell that sends back more than it lets pass, ends what the ray can
   /// show.
+  /// @param stride only every stride-th ray of every stride-th row is followed, and speaks for those beside
+  /// it.
   /// @throws InputError naming the view.
-  RayOutlook outlook(const std::vector<Eigen::Matrix4d>& T_map_cameras, int threads) const;
+  RayOutlook outlook(const std::vector<Eigen::Matrix4d>& T_map_cameras, int stride, int threads) const;
 
   int rayCount() const { return static_cast<int>(rays_.size()); }
   /// Share of the cells met for the first time that sent the ray back.
@@ -54,6 +56,8 @@ class ReturnChance {
   float reflects(int64_t cell) const;
   void expect(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, float& chance,
               float& reach_m) const;
+  /// Of the rays of a stride the number of the one nearest to each ray.
+  std::vector<int> nearestOf(int stride) const;
   void tabulate();
 
   PinholeCamera camera_;

@@ -51,19 +51,20 @@ void bindReturnChance(py::module_& m) {
           "nothing.")
       .def(
           "outlook",
-          [](const ReturnChance& self, const Array<double>& poses, int threads) {
+          [](const ReturnChance& self, const Array<double>& poses, int stride, int threads) {
             const std::vector<Eigen::Matrix4d> list = posesFrom(poses);
             RayOutlook out;
             {
               const py::gil_scoped_release released;
-              out = self.outlook(list, threads);
+              out = self.outlook(list, stride, threads);
             }
             const std::vector<py::ssize_t> shape{static_cast<py::ssize_t>(list.size()), self.rayCount()};
             return py::make_tuple(toArray(out.chance).reshape(shape), toArray(out.reach_m).reshape(shape));
           },
-          py::arg("T_map_cameras"), py::arg("threads") = 0,
+          py::arg("T_map_cameras"), py::arg("stride") = 1, py::arg("threads") = 0,
           "Of each ray of each view (V, 4, 4), (V, R) float32 each: the chance to come back from within the\n"
-          "camera's range, and the length [m] at which a known surface ends what it can show.")
+          "camera's range, and the length [m] at which a known surface ends what it can show. Of each\n"
+          "stride x stride rays only one is followed.")
       .def_property_readonly("prior", &ReturnChance::prior,
                              "Share of the cells met for the first time that sent the ray back.");
 }

@@ -163,23 +163,39 @@ void ReturnChance::expect(const Eigen::Vector3d& origin, const Eigen::Vector3d& 
   }
 }
 
-RayOutlook ReturnChance::outlook(const std::vector<Eigen::Matrix4d>& T_map_cameras, int threads) const {
+RayOutlook ReturnChance::outlook(const std::vector<Eigen::Matrix4d>& T_map_cameras, int stride,
+                                 int threads) const {
+  require(stride >= 1, "stride", stride, "1 or more");
   for (std::size_t i = 0; i < T_map_cameras.size(); ++i) requireRigid(T_map_cameras[i], viewName(i));
+  const std::vector<Eigen::Vector3d> walked = camera_.rays(stride);
+  const std::vector<int> source = nearestOf(stride);
   const std::size_t count = T_map_cameras.size() * rays_.size();
   RayOutlook out{std::vector<float>(count), std::vector<float>(count)};
   parallelChunks(static_cast<int>(T_map_cameras.size()), threadCount(threads), 8,
                  [&](int begin, int end, int) {
+                   std::vector<float> chance(walked.size()), reach_m(walked.size());
                    for (int view = begin; view < end; ++view) {
                      const Eigen::Vector3d origin = T_map_cameras[view].topRightCorner<3, 1>();
                      const Eigen::Matrix3d R = T_map_cameras[view].topLeftCorner<3, 3>();
+                     for (std::size_t i = 0; i < walked.size(); ++i)
+                       expect(origin, R * walked[i], chance[i], reach_m[i]);
                      std::size_t at = view * rays_.size();
-                     for (const Eigen::Vector3d& ray : rays_) {
-                       expect(origin, R * ray, out.chance[at], out.reach_m[at]);
-                       ++at;
+                     for (const int from : source) {
+                       out.chance[at] = chance[from];
+                       out.reach_m[at++] = reach_m[from];
                      }
                    }
                  });
   return out;
+}
+
+std::vector<int> ReturnChance::nearestOf(int stride) const {
+  const int columns = std::max(1, camera_.width / stride), rows = std::max(1, camera_.height / stride);
+  std::vector<int> source;
+  for (int j = 0; j < camera_.height; ++j)
+    for (int i = 0; i < camera_.width; ++i)
+      source.push_back(j * rows / camera_.height * columns + i * columns / camera_.width);
+  return source;
 }
 
 }  // namespace fv

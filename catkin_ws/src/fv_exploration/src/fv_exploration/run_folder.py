@@ -16,10 +16,15 @@ from fv_exploration.known_since import KnownSince
 COLUMNS = (
     "view", "sim_s", "wall_s", "scan_s", "integrate_s", "evaluate_s", "choose_s", "plan_s", "move_s",
     "screenshot_s", "occupied", "free", "unknown", "frontier", "void", "ellipsoids", "frontier_clusters",
-    "known_share", "explored_share", "expected_gain_m3", "real_gain_m3", "path_length_rad", "duration_s", "contacts",
+    "known_share", "explored_share", "observable_settled", "expected_gain_m3", "real_gain_m3", "path_length_rad",
+    "duration_s", "contacts",
 )  # fmt: skip
-"""Columns of metrics.csv, one row a view. Empty: not known when the row was written. Contacts are physics steps with a
-contact since the row before, in simulation."""
+"""Columns of metrics.csv, one row a scan; empty: not known when the row was written.
+
+``view``: a scan from where a motion was cut short has the number of the view before. ``explored_share``: of what the
+camera can see at all, as far as that was found; where ``observable_settled`` is 0, more of it was still being found, and
+the share is an upper bound. ``contacts``: physics steps with a contact since the row before, in simulation.
+"""
 
 
 def write_replacing(path: Path, write: Callable[[Path], None]) -> None:
