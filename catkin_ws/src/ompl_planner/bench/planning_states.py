@@ -190,14 +190,15 @@ def _explore(bench: Bench, robot: object, simulator: Simulator, views: int, seed
     occupancy_map = new_map(config.map.resolution_m, bounds, known_free)
     self_filter = SelfFilter(model, SelfFilterConfig(padding_m=config.scan.self_filter_padding_m))
     recorder = Recorder(bench, simulator, self_filter, new_map(RESOLUTION_M, bounds, known_free))
-    evaluation = EvaluationConfig()
-    judge = GainJudge(occupancy_map, evaluation, ray_camera(simulator, config.views))
+    evaluator = Evaluator(occupancy_map, EvaluationConfig())
+    cell_m = max(config.views.return_cell_m, config.map.resolution_m)
+    judge = GainJudge(occupancy_map, evaluator, ray_camera(simulator, config.views), cell_m)
     base = model.link_names.index(model.group(bench.request.group).base_link)
     reach = SampledReach(bench, bench.T_map_root @ model.forward(start)[base])
-    chooser = ViewChooser(config.views, reach, judge.gains, occupancy_map.classify)
+    chooser = ViewChooser(config.views, reach, judge, occupancy_map.classify)
     Exploration(
         occupancy_map,
-        Evaluator(occupancy_map, evaluation),
+        evaluator,
         judge,
         chooser,
         recorder.scan_config,
