@@ -102,6 +102,25 @@ TEST_P(Insertion, IsThatOfInsertPointCloud) {
   expectSameClasses(map);
 }
 
+TEST(HugeClouds, TenMillionPointsAreInsertedAsByOctoMap) {
+  const fv::MapConfig config = [] {
+    fv::MapConfig c;
+    c.resolution_m = 0.2;
+    return c;
+  }();
+  OccupancyMap map(config);
+  const auto reference = referenceTree(config);
+  std::mt19937 random(11);
+  const point3d origin(0.1F, 0.2F, 0.3F);
+  const std::vector<point3d> points = scan(random, origin, 10'000'000, config.resolution_m);
+  octomap::Pointcloud cloud;
+  cloud.reserve(points.size());
+  for (const point3d& p : points) cloud.push_back(p);
+  reference->insertPointCloud(cloud, origin, 1.0, false, false);
+  map.insertRays({origin, points, {}}, 1.0);
+  expectSameTree(map.tree(), *reference);
+}
+
 INSTANTIATE_TEST_SUITE_P(Sizes, Insertion,
                          testing::Values(Case{0.05, -1, 3000, true, 2}, Case{0.05, -1, 3000, true, 1},
                                          Case{0.05, 1.2, 3000, true, 2}, Case{0.05, 1.2, 2000, false, 2},

@@ -109,6 +109,19 @@ def test_a_ray_into_the_open_is_expected_to_show_nothing_and_a_wall_to_come_back
     assert np.median(reach) < 1.2 + 2.5 * CELL_M, "nothing is expected from behind it"
 
 
+def test_a_stride_follows_one_ray_of_each_block():
+    returns = ReturnChance(LOW, HIGH, CELL_M, CAMERA)
+    for k in range(3):
+        returns.note(turned(0.2 * k), CAMERA.rays()[: 30 - 5 * k] * 1.1)
+    poses = np.array([turned(yaw) for yaw in (0.0, 0.5, 3.0)])
+    every, some = returns.outlook(poses)[0], returns.outlook(poses, stride=2)[0]
+    blocks = some.reshape(3, 3, 2, 4, 2)
+    assert (blocks == blocks[:, :, :1, :, :1]).all()
+    assert np.corrcoef(every.ravel(), some.ravel())[0, 1] > 0.8
+    with pytest.raises(InputError, match="stride"):
+        returns.outlook(poses, stride=0)
+
+
 def test_rays_that_the_robot_hid_teach_nothing():
     returns = ReturnChance(LOW, HIGH, CELL_M, CAMERA)
     poses = np.array([turned(0.0)])

@@ -22,8 +22,8 @@ COLUMNS = (
 """Columns of metrics.csv, one row a scan; empty: not known when the row was written.
 
 ``view``: a scan from where a motion was cut short has the number of the view before. ``explored_share``: of what the
-camera can see at all, as far as that was found; where ``observable_settled`` is 0, more of it was still being found, and
-the share is an upper bound. ``contacts``: physics steps with a contact since the row before, in simulation.
+camera can see at all, as far as that was found; where ``observable_settled`` is 0, more was still being found, and the
+share is an upper bound. ``contacts``: physics steps with a contact since the row before, in simulation.
 """
 
 
