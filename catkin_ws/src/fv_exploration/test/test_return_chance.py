@@ -117,7 +117,7 @@ def test_a_stride_follows_one_ray_of_each_block():
     every, some = returns.outlook(poses)[0], returns.outlook(poses, stride=2)[0]
     blocks = some.reshape(3, 3, 2, 4, 2)
     assert (blocks == blocks[:, :, :1, :, :1]).all()
-    assert np.corrcoef(every.ravel(), some.ravel())[0, 1] > 0.8
+    assert np.abs(every.mean(axis=1) - some.mean(axis=1)).max() < 0.1
     with pytest.raises(InputError, match="stride"):
         returns.outlook(poses, stride=0)
 
