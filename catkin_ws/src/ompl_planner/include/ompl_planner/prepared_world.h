@@ -27,13 +27,6 @@ struct PreparedWorld {
   bool outside_is_free{false};
 };
 
-/// Box in the map frame that the links of a group cannot leave while the other joints stay [m].
-Eigen::AlignedBox3d groupReach(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
-                               const fv_robot_model::LinkPoses& poses, const Eigen::Isometry3d& T_map_root);
-
-/// Box in the map frame that no link of the robot can leave, whatever the joints do [m].
-Eigen::AlignedBox3d robotReach(const fv_robot_model::RobotModel& model, const Eigen::Isometry3d& T_map_root);
-
 /// Builds prepared worlds and remembers the last few. A memory only: answers are those of a fresh build.
 /// Thread-safe.
 class WorldMemory {

@@ -7,6 +7,7 @@
 
 #include "ompl_planner/path_search.h"
 #include "ompl_planner/prepared_world.h"
+#include "ompl_planner/reach.h"
 #include "ompl_planner/request_check.h"
 #include "planning_job.h"
 
