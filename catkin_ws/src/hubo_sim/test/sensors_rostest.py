@@ -14,7 +14,7 @@ from fv_msgs import srv
 from geometry_msgs.msg import WrenchStamped
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2
-from sim_helpers import arm_goal, call, collect
+from sim_helpers import PATIENCE_S, arm_goal, call, collect
 
 from hubo_sim.conversions import points_from_cloud
 
@@ -39,7 +39,7 @@ class SensorsTest(unittest.TestCase):
             "/mast/arm_controller/follow_joint_trajectory", FollowJointTrajectoryAction
         )
         assert cls.arm.wait_for_server(rospy.Duration(60)), "no action server"
-        rospy.wait_for_service("/hubo_sim/ground_truth", 30)
+        rospy.wait_for_service("/hubo_sim/ground_truth", PATIENCE_S)
         cls.turn_to(0.0, 0.5)
 
     @classmethod

@@ -1,6 +1,7 @@
 """What the tests that need ROS share."""
 
 import threading
+import time
 
 import rospy
 from control_msgs.msg import FollowJointTrajectoryGoal
@@ -47,7 +48,20 @@ def call(name, kind, **fields):
     return rospy.ServiceProxy(f"/hubo_sim/{name}", kind)(**fields)
 
 
-def collect(topic, kind, count, timeout_s=20.0):
+PATIENCE_S = 60.0  # of wall time, on a machine that is slow and shared; what is waited for comes much sooner
+
+
+def wait_until(condition):
+    """Whether the condition becomes true; waits on the wall clock, for ROS time may stand still."""
+    deadline = time.monotonic() + PATIENCE_S
+    while not condition():
+        if time.monotonic() > deadline:
+            return False
+        time.sleep(0.02)
+    return True
+
+
+def collect(topic, kind, count, timeout_s=PATIENCE_S):
     """The next `count` messages of a topic; fails when they do not come within timeout_s of wall time."""
     messages, done = [], threading.Event()
 

@@ -19,7 +19,7 @@ from control_msgs.srv import QueryTrajectoryState
 from fv_msgs import srv
 from fv_msgs.msg import Contacts
 from sensor_msgs.msg import JointState, PointCloud2
-from sim_helpers import ARM, BOX, READY, arm_goal, call, pose_at
+from sim_helpers import ARM, BOX, PATIENCE_S, READY, arm_goal, call, pose_at, wait_until
 from std_srvs.srv import Empty, Trigger
 from tf2_msgs.msg import TFMessage
 
@@ -39,7 +39,7 @@ class SimTest(unittest.TestCase):
             "/huboplus/right_hand_controller/follow_joint_trajectory", FollowJointTrajectoryAction
         )
         assert cls.arm.wait_for_server(rospy.Duration(60)), "no action server"
-        rospy.wait_for_service("/hubo_sim/get_world_properties", 30)
+        rospy.wait_for_service("/hubo_sim/get_world_properties", PATIENCE_S)
         cls.trigger = rospy.ServiceProxy("/camera/trigger", Trigger)
 
     def setUp(self):
@@ -47,7 +47,7 @@ class SimTest(unittest.TestCase):
         call("reset_simulation", Empty)
 
     def positions(self):
-        state = rospy.wait_for_message("/joint_states", JointState, 5)
+        state = rospy.wait_for_message("/joint_states", JointState, PATIENCE_S)
         return np.array([state.position[state.name.index(name)] for name in ARM])
 
     def run_goal(self, goal):
@@ -65,8 +65,8 @@ class SimTest(unittest.TestCase):
             rospy.sleep(0.02)
         answer = self.trigger()
         self.assertTrue(answer.success, answer.message)
-        self.assertTrue(arrived.wait(10))
-        rospy.sleep(0.1)
+        self.assertTrue(arrived.wait(PATIENCE_S))
+        wait_until(lambda: clouds[0].header.stamp in states)
         for subscriber in (joints, cloud):
             subscriber.unregister()
         self.assertAlmostEqual(float(answer.message), clouds[0].header.stamp.to_sec(), places=6)
@@ -97,22 +97,22 @@ class SimTest(unittest.TestCase):
         self.assertGreater((distance < 3 * sigma + 0.002).mean(), 0.97)
 
     def test_cancel_stops_and_holds(self):
-        self.arm.send_goal(arm_goal([0.5, -1.0, 0.5, -0.5, 0.5, 0.0], 30.0))
-        rospy.sleep(4.0)
+        self.arm.send_goal(arm_goal([0.5, -1.0, 0.5, -0.5, 0.5, 0.0], 300.0))
+        moving = wait_until(lambda: np.abs(self.positions() - READY).max() > 1e-3)
+        self.assertTrue(moving, "it never moved")
         self.arm.cancel_goal()
         self.assertTrue(self.arm.wait_for_result(rospy.Duration(50)))
         self.assertEqual(self.arm.get_state(), GoalStatus.PREEMPTED)
         self.trigger()  # comes back at rest
         held = self.positions()
-        self.assertGreater(np.abs(held - READY).max(), 1e-3, "it never moved")
         rospy.sleep(0.5)
         self.assertLess(np.abs(self.positions() - held).max(), 2e-3)
 
     def test_newer_goal_preempts_the_active_one(self):
         first = actionlib.ActionClient(self.arm.action_client.ns, FollowJointTrajectoryAction)
         self.assertTrue(first.wait_for_server(rospy.Duration(10)))
-        old = first.send_goal(arm_goal([0.5, -1.0, 0.5, -0.5, 0.5, 0.0], 60.0))
-        rospy.sleep(0.5)
+        old = first.send_goal(arm_goal([0.5, -1.0, 0.5, -0.5, 0.5, 0.0], 300.0))
+        self.assertTrue(wait_until(lambda: old.get_goal_status() == GoalStatus.ACTIVE))
         self.assertEqual(self.run_goal(arm_goal(READY, 1.0)), FollowJointTrajectoryResult.SUCCESSFUL)
         self.assertEqual(old.get_goal_status(), GoalStatus.PREEMPTED)
 
@@ -129,11 +129,7 @@ class SimTest(unittest.TestCase):
         call("pause_physics", Empty)
         before = call("get_world_properties", srv.GetWorldProperties).sim_time
         self.arm.send_goal(arm_goal(READY, 1.0))
-        for _ in range(200):
-            if self.arm.get_state() == GoalStatus.REJECTED:
-                break
-            threading.Event().wait(0.02)  # ROS time stands still
-        self.assertEqual(self.arm.get_state(), GoalStatus.REJECTED)
+        self.assertTrue(wait_until(lambda: self.arm.get_state() == GoalStatus.REJECTED))
         self.assertIn("paused", self.arm.get_goal_status_text())
         self.assertEqual(call("get_world_properties", srv.GetWorldProperties).sim_time, before)
         stepped = call("step_physics", srv.StepPhysics, steps=24)
@@ -180,9 +176,9 @@ class SimTest(unittest.TestCase):
 
     def test_moving_without_touching_counts_no_contact_and_tf_ties_the_base(self):
         self.run_goal(arm_goal(READY, 1.0))
-        contacts = rospy.wait_for_message("/hubo_sim/contacts", Contacts, 5)
+        contacts = rospy.wait_for_message("/hubo_sim/contacts", Contacts, PATIENCE_S)
         self.assertEqual((contacts.total, contacts.pairs), (0, []))
-        static = rospy.wait_for_message("/tf_static", TFMessage, 5).transforms[0]
+        static = rospy.wait_for_message("/tf_static", TFMessage, PATIENCE_S).transforms[0]
         self.assertEqual((static.header.frame_id, static.child_frame_id), ("world", "base_link"))
         self.assertGreater(static.transform.translation.z, 0.8)
 

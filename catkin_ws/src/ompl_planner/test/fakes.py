@@ -66,6 +66,7 @@ class FakeRobot:
         self._lock = threading.Lock()
         self._positions = dict(start)
         self.publishing = True
+        self._messages = 0  # published so far
         self.slowdown = 1.0  # motions take this many times longer
         self.refuse = ""  # a controller that aborts its goals
         self.starts: dict[str, float] = {}  # wall time at which each controller began
@@ -84,7 +85,10 @@ class FakeRobot:
         """Set joints and wait until the planner must have heard of it."""
         with self._lock:
             self._positions.update(positions)
-        time.sleep(0.15)
+        told = self._messages
+        while self.publishing and self._messages < told + 3:  # that under way may have the old ones
+            time.sleep(0.01)
+        time.sleep(0.1)
 
     def _send_transform(self) -> None:
         msg = TransformStamped()
@@ -102,6 +106,7 @@ class FakeRobot:
                 msg = JointState(name=list(positions), position=list(positions.values()))
                 msg.header.stamp = rospy.Time.now()
                 self._pub.publish(msg)
+                self._messages += 1
             time.sleep(0.02)
 
     def _serve(self, name: str, joints: list[str]) -> actionlib.SimpleActionServer:

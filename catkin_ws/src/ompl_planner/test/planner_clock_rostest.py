@@ -52,9 +52,7 @@ class ClockTest(PlannerCase):
         self.clock.now_s = 1000.0  # joint states that came at time 0 are old now; new ones come soon
         self.clock.runs = True
         wait_for(lambda: rospy.get_time() > 1000.0, "the clock's start")
-        time.sleep(0.3)
-        plan = self.plan(goal_name="home")
-        self.assertEqual(plan.status, Status.SUCCESS, plan.message)
+        wait_for(lambda: self.plan(goal_name="home").status == Status.SUCCESS, "a plan on new joint states")
 
     def _a_wait_for_a_map_lasts_as_long_as_the_clock_says(self) -> None:
         self.clock.runs = False
@@ -76,11 +74,16 @@ class ClockTest(PlannerCase):
         result = answer(handle)
         self.assertEqual(result.status, ExecuteMotionResult.CONTROLLER_FAILED, result.message)
         self.assertIn("clock", result.message)
+        # actionlib's servers drop goals with an older stamp than the last one's, until the clock has passed that
+        self.clock.now_s = 2000.0
+        wait_for(lambda: rospy.get_time() > 2000.0, "the clock's jump")
         self.robot.slowdown = 1.0
         self.robot.place(self.ready)
-        self.map.publish()
-        result = answer(self.start(self.plan(goal_name="home")))
-        self.assertEqual(result.status, ExecuteMotionResult.SUCCESS, result.message)
+        self.publish_map()
+        plan = self.plan(goal_name="home")
+        self.assertGreater(len(plan.trajectory.points), 1, plan.message)
+        result = answer(self.start(plan))
+        self.assertEqual((result.status, result.message), (ExecuteMotionResult.SUCCESS, "executed"))
 
 
 if __name__ == "__main__":

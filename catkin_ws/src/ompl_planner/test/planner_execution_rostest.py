@@ -33,16 +33,14 @@ class ExecutionTest(PlannerCase):
     def test_a_plan_that_the_new_map_blocks_is_not_executed(self) -> None:
         plan = self.plan(goal_name="home")
         self.assert_status(plan, Status.SUCCESS)
-        self.map.publish(occupied=[HOME_BOX])
-        time.sleep(0.3)
+        self.publish_map(occupied=[HOME_BOX])
         result = answer(self.start(plan))
         self.assertEqual(result.status, ExecuteMotionResult.MAP_CHANGED, result.message)
         self.assertIn("occupied", result.message)
 
     def test_a_new_map_that_leaves_the_path_free_does_not_stop_it(self) -> None:
         plan = self.plan(goal_name="home")
-        self.map.publish(occupied=[[0.9, 0.9, 0.9, 1.0, 1.0, 1.0]])
-        time.sleep(0.3)
+        self.publish_map(occupied=[[0.9, 0.9, 0.9, 1.0, 1.0, 1.0]])
         self.assertEqual(answer(self.start(plan)).status, ExecuteMotionResult.SUCCESS)
 
     def test_an_obstacle_seen_while_moving_stops_the_arm(self) -> None:
@@ -90,7 +88,7 @@ class ExecutionTest(PlannerCase):
         self.assertEqual(result.status, PlanAndExecuteResult.NOT_EXECUTED, result.message)
         self.assertEqual(result.execution.status, ExecuteMotionResult.STOPPED_FOR_OBSTACLE)
         self.robot.place(self.ready)
-        self.map.publish()
+        self.publish_map()
         handle = self.start_both(goal_name="home")
         self.wait_until_moving()
         replacing = self.start(self.plan(goal_name="home"))  # replaces it

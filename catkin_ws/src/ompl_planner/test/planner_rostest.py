@@ -16,7 +16,7 @@ from geometry_msgs.msg import Vector3
 from sensor_msgs.msg import JointState
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
-from planner_case import GROUP, HOME_BOX, Plan, PlannerCase, Status, answer, pose, wait_for
+from planner_case import GROUP, HOME_BOX, PATIENCE_S, Plan, PlannerCase, Status, answer, pose, wait_for
 
 
 class PlannerTest(PlannerCase):
@@ -105,16 +105,22 @@ class PlannerTest(PlannerCase):
         self.assertNotEqual(result.status, Status.CANCELLED, result.message)
         self.assertEqual(answer(handle).status, Status.CANCELLED)
 
+    def refusal_of(self, msg: MapUpdate) -> str:
+        """Why there is no map once this one has come."""
+
+        def refused() -> str:
+            result = self.plan(goal_name="home", min_map_sequence=0)
+            return result.message if result.status == Status.NO_MAP else ""
+
+        self.map.publish_raw(msg)
+        return wait_for(refused, "the refusal of the map")
+
     def test_a_map_without_voxels_is_no_map_and_one_of_another_resolution_is_taken(self) -> None:
         msg = MapUpdate(sequence=self.map.sequence + 1)
         msg.header.frame_id = "world"
         msg.octomap.id, msg.octomap.binary, msg.octomap.resolution = "OcTree", True, 0.02
         msg.octomap.data = [0, 0]
-        self.map.publish_raw(msg)
-        time.sleep(0.2)
-        self.assert_status(
-            self.plan(goal_name="home", min_map_sequence=0), Status.NO_MAP, "there are no voxels"
-        )
+        self.assertIn("there are no voxels", self.refusal_of(msg))
         self.map.sequence += 1
         self.map.publish(resolution=0.05)
         self.assert_status(self.plan(goal_name="home"), Status.SUCCESS)
@@ -127,7 +133,7 @@ class PlannerTest(PlannerCase):
     # --- what the robot holds ---
 
     def hold(self, *objects: AttachedObject) -> tuple[bool, str]:
-        rospy.wait_for_service("/ompl_planner/set_attached_objects", 5.0)
+        rospy.wait_for_service("/ompl_planner/set_attached_objects", PATIENCE_S)
         answer = rospy.ServiceProxy("/ompl_planner/set_attached_objects", SetAttachedObjects)(list(objects))
         return answer.success, answer.message
 
@@ -204,9 +210,9 @@ class PlannerTest(PlannerCase):
             msg.octomap.data = [0, 0]
             for name, value in change.items():
                 setattr(msg.octomap, name, value)
-            self.map.publish_raw(msg)
-            time.sleep(0.1)
-            self.assert_status(self.plan(goal_name="home", min_map_sequence=0), Status.NO_MAP)
+            self.refusal_of(msg)
+            self.map.sequence += 1
+            self.publish_map()
 
     def test_joint_states_that_stop_are_noticed(self) -> None:
         self.robot.publishing = False

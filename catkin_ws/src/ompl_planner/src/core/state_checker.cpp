@@ -52,7 +52,10 @@ std::string StateChecker::whyInvalid(const JointVector& q) const {
   const auto& poses = posesAt(q);
   if (const auto contact = world_->firstContact(poses)) return describe(model_, *contact);
   if (const auto pair = selfContact(poses)) {
-    return "links '" + pair->first + "' and '" + pair->second + "' touch";
+    const auto touching = bare_self_ ? bare_self_->contacts(poses) : std::vector{*pair};
+    const bool touch = std::find(touching.begin(), touching.end(), *pair) != touching.end();
+    return "links '" + pair->first + "' and '" + pair->second +
+           (touch ? "' touch" : "' come closer to each other than their padding");
   }
   return {};
 }
