@@ -35,7 +35,7 @@ FILES = {
     "map.ot": "the same map with its occupancy probabilities",
     "map_points.npz": "voxel centres of each class as numpy arrays",
     "known_since.npz": "for each voxel of the volume, the view at which it became known (-1: never)",
-    "views.json": "camera poses that were chosen",
+    "views.json": "camera poses that were reached, with joints, expected and real gain",
     "screenshots": "one picture a view, and the finished map",
     "recording.bag": "topics of the run; rosrun fv_viz replay plays it into RViz",
     "scene.gif": "the robot at work, in simulated time, without the pauses in which it thinks",
@@ -127,6 +127,7 @@ def explore(arguments: argparse.Namespace, nodes: ExplorationNodes, folder: Path
         "robot": arguments.robot,
         "seed": arguments.seed,
         "explored_share": None,
+        "explored_share_is": None,
         "contacts": contacts,
         "wall_s": round(time.monotonic() - started, 2),
         **result,
@@ -139,6 +140,7 @@ def explore(arguments: argparse.Namespace, nodes: ExplorationNodes, folder: Path
         )
         record["truth"] = compare_with_world(nodes.world, arguments.robot, nodes.camera, folder, progress)
         record["explored_share"] = record["truth"]["explored_share"]
+        record["explored_share_is"] = "exact" if record["truth"]["observable_settled"] else "at most"
     progress.end()
     return record
 

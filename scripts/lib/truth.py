@@ -54,7 +54,7 @@ def explored_shares(folder: Path, observable: ObservableSet) -> dict[int, float]
 
 
 def write_explored_shares(folder: Path, observable: ObservableSet) -> None:
-    """Fill the column explored_share of metrics.csv."""
+    """Fill the columns explored_share and observable_settled of metrics.csv."""
     shares = explored_shares(folder, observable)
     path = folder / "metrics.csv"
     with path.open(newline="") as file:
@@ -63,6 +63,7 @@ def write_explored_shares(folder: Path, observable: ObservableSet) -> None:
     for row in rows:
         newest = shares.get(int(row["view"]), newest)
         row["explored_share"] = round(newest, 5)
+        row["observable_settled"] = int(observable.settled)
 
     def write(beside: Path) -> None:
         with beside.open("w", newline="") as file:

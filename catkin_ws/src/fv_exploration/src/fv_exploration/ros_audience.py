@@ -203,7 +203,7 @@ class RosAudience:
                 title=f"Choosing view {step.view}",
                 facts=[
                     f"known {100 * self._known_share:.1f} %",
-                    f"best expected gain {self._best_gain:.3f} m³",
+                    f"best candidate: expected worth {self._best_gain:.3f} m³",
                 ],
                 map_sequence=self._last[0].sequence if self._last else 0,
             )
