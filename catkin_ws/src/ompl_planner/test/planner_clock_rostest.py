@@ -9,7 +9,8 @@ from pathlib import Path
 import rospy
 import rostest
 from actionlib import CommState
-from fv_msgs.msg import ExecuteMotionResult
+from fv_msgs.msg import ExecuteMotionResult, PlanMotionAction
+from ompl_planner.move import call
 from rosgraph_msgs.msg import Clock
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -75,6 +76,8 @@ class ClockTest(PlannerCase):
         self.assertEqual(result.status, ExecuteMotionResult.CONTROLLER_FAILED, result.message)
         self.assertIn("clock", result.message)
         # actionlib's servers drop goals with an older stamp than the last one's, until the clock has passed that
+        with self.assertRaisesRegex(ConnectionError, "dropped the goal"):
+            call("/ompl_planner/plan", PlanMotionAction, self.goal(goal_name="home"))
         self.clock.now_s = 2000.0
         wait_for(lambda: rospy.get_time() > 2000.0, "the clock's jump")
         self.robot.slowdown = 1.0

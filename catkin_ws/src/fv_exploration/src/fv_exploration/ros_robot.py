@@ -13,6 +13,7 @@ import numpy as np
 import rospy
 import tf2_ros
 from actionlib import CommState
+from actionlib_msgs.msg import GoalStatus
 from fv_msgs.msg import (
     ExecuteMotionAction,
     ExecuteMotionGoal,
@@ -182,6 +183,9 @@ class RosRobot:
         result = handle.get_result()
         if result is None:
             raise ExplorationError(f"{client.ns} did not answer: {handle.get_goal_status_text()}")
+        if handle.get_terminal_state() in (GoalStatus.RECALLED, GoalStatus.REJECTED) and not cancelled:
+            # An empty result, as actionlib gives when /clock has jumped back, must not pass for a success.
+            raise ExplorationError(f"{client.ns} dropped the goal: {handle.get_goal_status_text()}")
         return result
 
     def _triggered_cloud(self) -> PointCloud2:

@@ -9,6 +9,7 @@ import time
 import actionlib
 import rospy
 from actionlib import CommState
+from actionlib_msgs.msg import GoalStatus
 from fv_msgs.msg import (
     PlanAndExecuteAction,
     PlanAndExecuteGoal,
@@ -123,6 +124,10 @@ def call(name: str, action: type, goal: object) -> object:
     result = handle.get_result()
     if result is None:
         raise ConnectionError(f"{name} gave no result")
+    if handle.get_terminal_state() in (GoalStatus.RECALLED, GoalStatus.REJECTED):
+        raise ConnectionError(
+            f"{name} dropped the goal: {handle.get_goal_status_text()} Did /clock jump back?"
+        )
     return result
 
 
