@@ -217,7 +217,13 @@ def run_sanitized(tally: Tally, work: Path, only: list[str]) -> None:
         return
     known = work / "known-leaks.txt"
     known.write_text("leak:urdf::parseURDF\n")  # urdfdom never frees a URDF with a circle, which it refuses
-    environment = {**os.environ, "LSAN_OPTIONS": f"suppressions={known}"}
+    # Before the libraries of the ordinary build, which the environment names: these would be tested instead.
+    libraries = os.pathsep.join(filter(None, [str(devel / "lib"), os.environ.get("LD_LIBRARY_PATH")]))
+    environment = {
+        **os.environ,
+        "LSAN_OPTIONS": f"suppressions={known}",
+        "LD_LIBRARY_PATH": libraries,
+    }
     for package, name in programs:
         report = work / f"sanitized-{name}.xml"
         arguments = [str(devel / "lib" / package / name), f"--gtest_output=xml:{report}"]
