@@ -20,6 +20,7 @@ from python_qt_binding.QtWidgets import QApplication
 from rviz import bindings as rviz
 
 CAMERA = ("Distance", "Yaw", "Pitch")
+DROPPED = "Unknown reason for transform failure"  # RViz's words when a marker's frame came too late
 
 
 class Renderer:
@@ -137,18 +138,27 @@ class Renderer:
         return (self._manager.getFrameCount() - first) / (time.monotonic() - started)
 
     def _settle_without_errors(self, limit_s: float, expected: Set[str]) -> bool:
-        """Wait until the picture rests, and start displays that show an error again while there is time.
+        """Wait until the picture rests, and start displays that dropped a marker again while there is time.
 
         RViz drops a marker that came before its frame for good; a display that starts again gets what is latched.
+        Other errors go by themselves or stay.
         """
         deadline = time.monotonic() + limit_s
         stable = self._settle(limit_s, expected)
-        while (failing := self._failing()) and time.monotonic() < deadline:
-            for display in failing:
+        while (dropped := self._dropped()) and time.monotonic() < deadline:
+            for display in dropped:
                 display.setEnabled(False)
                 display.setEnabled(True)
             stable = self._settle(deadline - time.monotonic(), expected)
         return stable
+
+    def _dropped(self) -> list:
+        """Shown displays that dropped a marker."""
+        return [
+            display
+            for display, status in self._failing().items()
+            if any(DROPPED in str(status.childAt(k).getValue()) for k in range(status.numChildren()))
+        ]
 
     def _settle(self, limit_s: float, expected: Set[str]) -> bool:
         """Wait until what is expected has come and the picture does not change any more; False at the limit."""
