@@ -8,6 +8,7 @@ from evaluation_oracles import FULL, R, covariance_ellipsoid, insert_random, new
 from scipy import ndimage
 
 from fv_exploration import EvaluationConfig, Evaluator, cluster_voids
+from fv_exploration.reference import plain_clusters
 
 
 def plain_seeding_labels(voxels, labels):
@@ -120,6 +121,33 @@ def test_merging_with_a_heap_is_plain_merging(seed):
     seeds = plain_seeds(voxels, EvaluationConfig(seed=seed))
     expected = plain_merging(voxels, seeds, 0.55)
     labels, _ = cluster_voids(voxels, EvaluationConfig(seed=seed, min_fit=0.55), R)
+    assert partition(labels) == partition(expected)
+
+
+def shape(name):
+    """Voxels of a body of some 5,000 voxels, so many that candidates wait in buckets."""
+    rng = np.random.default_rng(5)
+    z, y, x = np.indices((20, 20, 20))
+    masks = {
+        "blobs": ndimage.gaussian_filter(rng.normal(size=(24, 24, 24)), 2) > 0.02,
+        "solid": np.ones((17, 17, 17)),
+        "plate": np.ones((1, 80, 60)),
+        "noise": rng.random((24, 24, 24)) < 0.3,
+        "lattice": (x + y + z) % 2 == 0,  # ties without end
+        "shells": np.sqrt((x - 10) ** 2 + (y - 10) ** 2 + (z - 10) ** 2) % 6 < 2.5,
+        # one long body, joined first, that sees all the dust merge around it
+        "rod in dust": np.concatenate([np.ones((1, 1, 3000)), rng.random((3, 3, 3000)).reshape(9, 1, -1) < 0.2]),
+    }
+    return ordered(np.argwhere(masks[name])[:, ::-1])
+
+
+@pytest.mark.parametrize("fit", [0.05, 0.5, 0.95])
+@pytest.mark.parametrize("name", ["blobs", "solid", "plate", "noise", "lattice", "shells", "rod in dust"])
+def test_merging_of_many_shapes_is_plain_merging(name, fit):
+    voxels = shape(name)
+    config = EvaluationConfig(min_fit=fit)
+    _, expected = plain_clusters(voxels, config, R)
+    labels, _ = cluster_voids(voxels, config, R)
     assert partition(labels) == partition(expected)
 
 

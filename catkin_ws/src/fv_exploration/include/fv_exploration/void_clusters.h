@@ -2,6 +2,7 @@
 #include <utility>
 #include <vector>
 
+#include "fv_exploration/big_vector.h"
 #include "fv_exploration/ellipsoid.h"
 
 namespace fv {
@@ -23,7 +24,7 @@ struct VoidNode {
 
 /// A graph of neighbouring nodes: edges (a < b), each once.
 struct VoidGraph {
-  std::vector<VoidNode> nodes;
+  BigVector<VoidNode> nodes;
   std::vector<std::pair<int, int>> edges;
   std::size_t settled = 0;  ///< the first so many edges join nodes that are known not to fit together
 };

@@ -164,7 +164,7 @@ void forEachRun(const TileMask& mask, const RunLabels& runs, const Voxel& corner
 /// @param whole per component all of it, @param fits whether that is one ellipsoid.
 /// @param[in,out] runs labels: components; then nodes.
 VoidGraph clusterParts(const TileMask& voids, const Voxel& corner, const ClusterRule& rule,
-                       const std::vector<VoidNode>& whole, const std::vector<uint8_t>& fits,
+                       const BigVector<VoidNode>& whole, const std::vector<uint8_t>& fits,
                        RunLabels& runs) {
   std::vector<Voxel> rest;
   std::vector<int> labels, place, at;  // of the nodes of `rest`, of its voxels; of components
@@ -299,7 +299,7 @@ RunLabels runsOf(const TileMask& mask, const std::vector<int>& labels) {
 
 VoidGraph clusterTile(const TileMask& voids, const Voxel& corner, const ClusterRule& rule, RunLabels& runs) {
   const int components = labelComponents(voids, runs);
-  std::vector<VoidNode> whole(components, VoidNode{{}, 0});
+  BigVector<VoidNode> whole(components, VoidNode{{}, 0});
   forEachRun(voids, runs, corner, [&](const Voxel& first, int length, int component) {
     if (whole[component].moments.n == 0) whole[component].id = voxelId(first);
     whole[component].moments.addRow(first, length);

@@ -1,20 +1,21 @@
 #include "fv_exploration/void_clusters.h"
 
 #include <algorithm>
+#include <limits>
 #include <numeric>
 
-#include "pair_queue.h"
+#include "candidate_queue.h"
 
 namespace fv {
 
 namespace {
 
-/// Nodes in the order of their ids that merge into the lower one; the pairs that may still merge are in a
-/// queue.
+/// Nodes in the order of their ids that merge into the lower one. A node keeps only the nearest of its higher
+/// neighbours and waits with that: most pairs are never looked at.
 class Merging {
  public:
   Merging(const VoidGraph& graph, const ClusterRule& rule)
-      : rule_(rule), slot_(graph.nodes.size()), queue_(graph.edges.size()) {
+      : rule_(rule), slot_(graph.nodes.size()), queue_(graph.nodes.size()) {
     std::vector<int> order(graph.nodes.size());
     std::iota(order.begin(), order.end(), 0);
     const auto less = [&](int a, int b) { return graph.nodes[a].id < graph.nodes[b].id; };
@@ -25,18 +26,25 @@ class Merging {
     for (const int i : order) {
       slot_[i] = static_cast<int>(sums_.size());
       ids_.push_back(graph.nodes[i].id);
-      nodes_.push_back({slot_[i], 0, graph.nodes[i].moments.n});
       sums_.push_back(graph.nodes[i].moments);
+      nodes_.emplace_back(slot_[i], sums_.back());
     }
     link(graph);
   }
 
+  /// A candidate's partner is the nearest, but need not fit: that is found out when its turn has come. If the
+  /// nearest was lost, or does not fit, the node waits anew with the next.
   void run() {
-    const auto current = [&](const Pair& p) { return nodes_[p.low].count + nodes_[p.high].count == p.count; };
-    Pair pair;
-    while (queue_.pop(current, pair)) {
+    for (Candidate next; queue_.pop(next);) {
       fetchAhead();
-      if (current(pair)) merge(pair.low, pair.high);
+      if (!current(next)) continue;
+      const int i = next.node, partner = nodes_[i].partner;
+      if (partner == kLost)
+        lookAround(i, [](int) { return true; });
+      else if (fit(i, partner))
+        merge(i, partner);
+      else
+        lookAround(i, [&](int j) { return j != partner && fit(i, j); });
     }
   }
 
@@ -60,35 +68,52 @@ class Merging {
   }
 
  private:
-  static constexpr int64_t kGone = -(int64_t{1} << 62);
-  struct Node {
-    int parent;     // itself, or a node that it has become a part of
-    int seen;       // number of the last look around that has met it
-    int64_t count;  // voxels, kGone when it is part of another
+  static constexpr int kNone = -1, kLost = -2;
+  /// All that its neighbours ask of a node, in one line of the cache.
+  struct alignas(64) Node {
+    int parent;              // itself, or a node that it has become a part of
+    int seen = 0;            // number of the last look around that has met it
+    Eigen::Vector3d mean;    // as Moments has it, without the half voxel
+    double nearest = kFar;   // squared distance to the partner; no higher neighbour that fits is nearer
+    int partner = kNone;     // a higher neighbour; kLost: not known who, kNone: nobody fits
+    int size = 0, room = 0;  // of its list of neighbours
+    int* list = nullptr;
+    Node(int self, const Moments& m)
+        : parent(self), mean(Eigen::Vector3d(m.sum[0], m.sum[1], m.sum[2]) / static_cast<double>(m.n)) {}
   };
-  struct List {
-    const int* begin = nullptr;
-    int size = 0;
-  };
+  static constexpr double kFar = std::numeric_limits<double>::infinity();
 
   void link(const VoidGraph& graph) {
-    std::vector<int> end(sums_.size() + 1, 0);  // of each node's list, while it is filled
+    const std::size_t count = nodes_.size();
+    std::vector<int> end(count + 1, 0);  // of each node's list, while it is filled
     for (const auto& [a, b] : graph.edges) {
       ++end[slot_[a] + 1];
       ++end[slot_[b] + 1];
     }
     std::partial_sum(end.begin(), end.end(), end.begin());
-    first_lists_.resize(end.back());
-    neighbours_.resize(sums_.size());
-    for (std::size_t i = 0; i < sums_.size(); ++i)
-      neighbours_[i] = {first_lists_.data() + end[i], end[i + 1] - end[i]};
-    for (const auto& [a, b] : graph.edges) {
-      first_lists_[end[slot_[a]]++] = slot_[b];
-      first_lists_[end[slot_[b]]++] = slot_[a];
+    lists_.resize(end.back());
+    for (std::size_t i = 0; i < count; ++i) {
+      nodes_[i].list = lists_.data() + end[i];
+      nodes_[i].room = nodes_[i].size = end[i + 1] - end[i];
     }
-    joined_.resize(sums_.size());
-    for (std::size_t i = graph.settled; i < graph.edges.size(); ++i)
-      push(slot_[graph.edges[i].first], slot_[graph.edges[i].second]);
+    const auto fill = [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) {
+        const int a = slot_[graph.edges[i].first], b = slot_[graph.edges[i].second];
+        lists_[end[a]++] = b;
+        lists_[end[b]++] = a;
+      }
+    };
+    fill(0, graph.settled);
+    const std::vector<int> open(end.begin(), end.end() - 1);  // where neighbours begin that may fit
+    fill(graph.settled, graph.edges.size());
+    for (int i = 0; i < static_cast<int>(count); ++i) {
+      const int *first = lists_.data() + open[i], *last = lists_.data() + end[i];
+      choose(i, first, last, [](int) { return true; });
+      const int partner = nodes_[i].partner;
+      if (partner != kNone && !fit(i, partner))
+        choose(i, first, last, [&](int j) { return j != partner && fit(i, j); });
+      wait(i);
+    }
   }
 
   int find(int i) {
@@ -102,10 +127,10 @@ class Merging {
     nodes_[a].seen = nodes_[b].seen = ++stamp_;
     live_.clear();
     for (const int i : {a, b}) {
-      const List list = neighbours_[i];
-      for (int k = 0; k < list.size; ++k) __builtin_prefetch(&nodes_[list.begin[k]]);  // they lie scattered
-      for (int k = 0; k < list.size; ++k) {
-        const int j = find(list.begin[k]);
+      const Node& node = nodes_[i];
+      for (int k = 0; k < node.size; ++k) __builtin_prefetch(&nodes_[node.list[k]]);  // they lie scattered
+      for (int k = 0; k < node.size; ++k) {
+        const int j = find(node.list[k]);
         if (nodes_[j].seen == stamp_) continue;
         nodes_[j].seen = stamp_;
         live_.push_back(j);
@@ -115,46 +140,124 @@ class Merging {
     return live_;
   }
 
-  void push(int a, int b) {
-    const Moments both = sums_[a] + sums_[b];
-    if (!(ellipsoidFit(both, rule_.model) >= rule_.min_fit)) return;  // never, unless one of them changes
-    // From the lower id to the higher, so that rounding does not depend on the order of building.
-    const auto [low, high] = std::minmax(a, b);
-    queue_.push({Moments::squaredDistance(sums_[low], sums_[high]), low, high, both.n});
+  bool current(const Candidate& c) const {
+    const Node& node = nodes_[c.node];
+    return node.parent == c.node && node.nearest == c.squared_distance;
+  }
+  bool fit(int a, int b) const { return ellipsoidFit(sums_[a] + sums_[b], rule_.model) >= rule_.min_fit; }
+  /// As Moments has it, to the last bit.
+  double squaredDistance(int a, int b) const {
+    const Eigen::Vector3d d = nodes_[a].mean - nodes_[b].mean;
+    return d.x() * d.x() + d.y() * d.y() + d.z() * d.z();
+  }
+  /// Whether a higher node at that distance would be the partner of this one.
+  static bool nearer(const Node& node, double squared_distance, int high) {
+    return squared_distance < node.nearest || (squared_distance == node.nearest && high < node.partner);
   }
 
-  /// Ask for what the next mergers will read: first where their lists are, then the lists.
-  void fetchAhead() const {
-    if (const Pair* later = queue_.ahead(8)) {
-      __builtin_prefetch(&neighbours_[later->low]);
-      __builtin_prefetch(&neighbours_[later->high]);
-    }
-    if (const Pair* soon = queue_.ahead(4)) {
-      for (const int i : {soon->low, soon->high}) {
-        __builtin_prefetch(neighbours_[i].begin);
-        fetch(sums_[i]);
-        __builtin_prefetch(&joined_[i]);
+  /// Find the nearest of a node anew, of those for which a condition holds.
+  template <class Condition>
+  void lookAround(int i, const Condition& condition) {
+    const std::vector<int>& around = liveNeighbours(i, i);
+    Node& node = nodes_[i];
+    node.size = static_cast<int>(around.size());
+    std::copy(around.begin(), around.end(), node.list);
+    choose(i, around.data(), around.data() + around.size(), condition);
+    wait(i);
+  }
+
+  /// The nearest of a node among some of its neighbours.
+  template <class Condition>
+  void choose(int i, const int* begin, const int* end, const Condition& condition) {
+    Node& node = nodes_[i];
+    node.nearest = kFar;
+    node.partner = kNone;
+    for (const int* j = begin; j != end; ++j)
+      if (i < *j) {
+        const double squared_distance = squaredDistance(i, *j);
+        if (nearer(node, squared_distance, *j) && condition(*j)) {
+          node.nearest = squared_distance;
+          node.partner = *j;
+        }
       }
-    }
+  }
+  void wait(int i) {
+    if (nodes_[i].partner != kNone) queue_.push({nodes_[i].nearest, i});
   }
 
-  /// Sums lie scattered over memory: ask for those of all neighbours at once.
-  static void fetch(const Moments& sums) {
-    __builtin_prefetch(&sums);
-    __builtin_prefetch(reinterpret_cast<const char*>(&sums + 1) - 1);
+  /// Ask for what the next mergers will read, each in time for the next: the node, its partner and sums,
+  /// their lists, the nodes in these. Always inline: calls of a function that only asks are dropped.
+  [[gnu::always_inline]] void fetchAhead() const {
+    const auto each = [&](std::size_t steps, const auto& fetch) {
+      const Candidate* c = queue_.ahead(steps);
+      if (!c || !current(*c)) return;
+      const Node& node = nodes_[c->node];
+      fetch(node, node.partner >= 0 ? nodes_[node.partner] : node);
+    };
+    if (const Candidate* c = queue_.ahead(10)) __builtin_prefetch(&nodes_[c->node]);
+    each(8, [&](const Node& node, const Node& partner) {
+      __builtin_prefetch(&partner);
+      fetchSums(node.parent);
+      if (node.partner >= 0) fetchSums(node.partner);
+      fetchList(node);
+    });
+    each(6, [&](const Node& node, const Node& partner) {
+      fetchList(partner);
+      fetchNodes(node);
+    });
+    each(3, [&](const Node&, const Node& partner) { fetchNodes(partner); });
+  }
+  [[gnu::always_inline]] static void fetchList(const Node& node) {
+    __builtin_prefetch(node.list);
+    __builtin_prefetch(node.list + node.size);
+  }
+  [[gnu::always_inline]] void fetchNodes(const Node& node) const {
+    for (int k = 0; k < node.size; ++k) __builtin_prefetch(&nodes_[node.list[k]]);
+  }
+  [[gnu::always_inline]] void fetchSums(int i) const {
+    __builtin_prefetch(&sums_[i]);
+    __builtin_prefetch(reinterpret_cast<const char*>(&sums_[i] + 1) - 1);
   }
 
   void merge(int low, int high) {
     sums_[low] += sums_[high];
-    nodes_[low].count = sums_[low].n;
-    nodes_[high].parent = low;
-    nodes_[high].count = kGone;
     const std::vector<int>& around = liveNeighbours(low, high);  // they know it by the names of its parts
-    for (const int j : around) fetch(sums_[j]);
-    joined_[low].assign(around.begin(), around.end());
-    std::vector<int>().swap(joined_[high]);
-    neighbours_[low] = {joined_[low].data(), static_cast<int>(joined_[low].size())};
-    for (const int j : around) push(low, j);
+    nodes_[high].parent = low;
+    nodes_[low].mean = Node(low, sums_[low]).mean;
+    keepList(nodes_[low], nodes_[high], around);
+    // First whose partner it may become, so that all their sums are on their way together.
+    nearby_.clear();
+    for (const int j : around) {
+      Node& node = nodes_[j];
+      if (node.partner == low || node.partner == high) node.partner = kLost;
+      if (j > low || !nearer(node, squaredDistance(j, low), low)) continue;
+      fetchSums(j);
+      nearby_.push_back(j);
+    }
+    choose(low, around.data(), around.data() + around.size(), [](int) { return true; });
+    wait(low);
+    for (const int j : nearby_)  // tried now: who has many neighbours must not look for another each time
+      if (fit(j, low)) {
+        nodes_[j].nearest = squaredDistance(j, low);
+        nodes_[j].partner = low;
+        wait(j);
+      }
+  }
+
+  /// Write the neighbours of two merged nodes where one of them had its own, or where there is room.
+  void keepList(Node& low, Node& high, const std::vector<int>& around) {
+    if (low.room < high.room) {
+      std::swap(low.list, high.list);
+      std::swap(low.room, high.room);
+    }
+    low.size = static_cast<int>(around.size());
+    high.size = 0;
+    if (low.room < low.size) {
+      low.room = 2 * low.size;
+      rooms_.emplace_back(low.room);
+      low.list = rooms_.back().data();
+    }
+    std::copy(around.begin(), around.end(), low.list);
   }
 
   const ClusterRule& rule_;
@@ -162,11 +265,11 @@ class Merging {
   std::vector<uint64_t> ids_;
   BigVector<Moments> sums_;
   BigVector<Node> nodes_;
-  BigVector<int> first_lists_;            // neighbours as the graph has them
-  std::vector<std::vector<int>> joined_;  // neighbours of nodes that have merged
-  std::vector<List> neighbours_;          // in one of these
-  PairQueue queue_;
-  std::vector<int> live_;
+  BigVector<int> lists_;                 // neighbours as the graph has them
+  std::vector<std::vector<int>> rooms_;  // for lists that have outgrown these
+  CandidateQueue queue_;
+  std::vector<int> live_;    // of liveNeighbours
+  std::vector<int> nearby_;  // of merge
   int stamp_ = 0;
 };
 
