@@ -95,7 +95,7 @@ class Evaluator {
   struct StaleLinks;
   class Concerned;
   struct TileClasses {
-    TileMask unknown{}, free{};
+    TileMask unknown{}, free{};  // the others are occupied, or outside
   };
   /// A label of a tile that neighbours something of another group.
   struct Across {
@@ -127,19 +127,19 @@ class Evaluator {
 
   void reset();
   void nextEvaluation();
-  void readChanges(std::vector<uint8_t>& stale);
-  bool readTile(int tile, bool all_rows, TileChange& change);
+  void readChanges(std::vector<uint8_t>& frontiers, std::vector<uint8_t>& voids);
+  void readTile(int tile, bool all_rows, TileChange& change);
+  void noteRow(const Voxel& start, unsigned appeared, unsigned vanished, TileChange& change) const;
   void noteOccupied(const Voxel& v, bool occupied);
   void updateHull(std::vector<uint8_t>& stale);
   void markRow(const HullRows::Before& before, std::vector<uint8_t>& stale) const;
   TileMask frontierMask(int tile) const;
   TileMask voidMask(int tile) const;
-  void refreshFrontiers(std::vector<uint8_t>& stale);
+  void refreshFrontiers(const std::vector<uint8_t>& stale, std::vector<uint8_t>& stale_voids);
   void refreshVoids(const std::vector<uint8_t>& stale);
-  void countVoxels(const std::vector<int>& tiles, int sign);
   Tile* tileWith(int tile, const TileMask& mask);
-  void refreshFrontier(int tile);
-  void refreshVoid(int tile);
+  int refreshFrontier(int tile);
+  int refreshVoid(int tile);
   void writeFlags(int tile, const TileMask& before, const TileMask& after, uint8_t flag);
   void relinkTiles(std::vector<uint8_t>& stale_groups);
   void relinkTile(int tile, const StaleLinks& stale);

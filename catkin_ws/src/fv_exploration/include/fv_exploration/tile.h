@@ -33,7 +33,8 @@ struct RunLabels {
 struct LabelledMask {
   TileMask mask{};
   RunLabels runs;
-  int count = 0;  ///< voxels
+  int count = 0;   ///< voxels
+  int labels = 0;  ///< how many different ones
 };
 
 /// A label of a tile neighbours a label of the tile in a direction ((dx + 1) + 3 (dy + 1) + 9 (dz + 1); 13:

@@ -38,8 +38,9 @@ void EvaluationConfig::validate() const {
 
 /// What happened in a tile since the last update.
 struct Evaluator::TileChange {
-  uint32_t touched = 0;  // bit per direction whose neighbours see a change; 13: the tile itself
-  std::vector<std::pair<Voxel, bool>> occupied;  // became occupied, or ceased to be
+  uint32_t touched = 0;               // bit per direction whose neighbours see a change of what is unknown
+  bool any = false, unknown = false;  // whether classes have changed, and whether what is unknown has
+  std::vector<std::pair<Voxel, bool>> occupied;  // became occupied, or ceased to be, at an end of a row
 };
 
 Evaluator::Evaluator(const OccupancyMap& map, const EvaluationConfig& config) : map_(map), config_(config) {
@@ -94,12 +95,12 @@ const Evaluation& Evaluator::update() {
   nextEvaluation();
   evaluation_->update = number;
   Stopwatch watch(evaluation_->timings);
-  std::vector<uint8_t> stale(frame_.tileCount(), 0);
-  readChanges(stale);
+  std::vector<uint8_t> stale_frontiers(frame_.tileCount(), 0), stale_voids(frame_.tileCount(), 0);
+  readChanges(stale_frontiers, stale_voids);
   watch.lap("changes");
-  refreshFrontiers(stale);
+  refreshFrontiers(stale_frontiers, stale_voids);
   watch.lap("hull_and_frontiers");
-  refreshVoids(stale);
+  refreshVoids(stale_voids);
   watch.lap("voids");
   if (!config_.tiled) clusterWhole();
   std::vector<uint8_t> stale_groups(groups_.size(), 0);
@@ -126,31 +127,53 @@ void Evaluator::nextEvaluation() {
     evaluation_ = std::make_shared<Evaluation>();
 }
 
-bool Evaluator::readTile(int tile, bool all_rows, TileChange& change) {
+void Evaluator::readTile(int tile, bool all_rows, TileChange& change) {
   const Voxel corner = tileCorner(tile);
   const OccupancyMap::RowSet& rows = map_.changedRows(tile);
+  TileClasses& known = classes_[tile];
   for (int row = 0; row < kTile * kTile; ++row) {
     if (!all_rows && !rows[row]) continue;
-    const int y = row % kTile, z = row / kTile;
-    const std::size_t at = frame_.index(corner + Voxel(0, y, z));
-    const RowClasses was(&flags_[at]), now(&map_.classes()[at]);
-    const unsigned differ = was.differs(now);
+    const Voxel start = corner + Voxel(0, row % kTile, row / kTile);
+    const std::size_t at = frame_.index(start);
+    const RowClasses now(&map_.classes()[at]);
+    const unsigned unknown = known.unknown[row], free = known.free[row];
+    const unsigned differ = (unknown ^ now.unknown) | (free ^ now.free);
     if (!differ) continue;
     now.write(&flags_[at]);
-    classes_[tile].unknown[row] = static_cast<uint16_t>(now.unknown);
-    classes_[tile].free[row] = static_cast<uint16_t>(now.free);
-    for (unsigned bits = was.occupied ^ now.occupied; bits; bits &= bits - 1) {
-      const int x = __builtin_ctz(bits);
-      change.occupied.emplace_back(corner + Voxel(x, y, z), now.occupied >> x & 1);
-    }
-    if (differ & 0x7ffe) change.touched |= touchedDirections(1, y, z);
-    if (differ & 1) change.touched |= touchedDirections(0, y, z);
-    if (differ >> (kTile - 1)) change.touched |= touchedDirections(kTile - 1, y, z);
+    known.unknown[row] = static_cast<uint16_t>(now.unknown);
+    known.free[row] = static_cast<uint16_t>(now.free);
+    noteRow(start, differ & now.occupied, differ & ~(unknown | free), change);
+    change.any = true;
+    const unsigned seen = unknown ^ now.unknown;
+    if (!seen) continue;
+    change.unknown = true;
+    const int y = row % kTile, z = row / kTile;
+    change.touched |= touchedDirections(1, y, z);
+    if (seen & 1) change.touched |= touchedDirections(0, y, z);
+    if (seen >> (kTile - 1)) change.touched |= touchedDirections(kTile - 1, y, z);
   }
-  return change.touched != 0;
 }
 
-void Evaluator::readChanges(std::vector<uint8_t>& stale) {
+/// Note what may move an end of a row of occupied voxels, and so the hull.
+/// @param start first voxel of the row in a tile. @param appeared, vanished occupied voxels, as bits.
+void Evaluator::noteRow(const Voxel& start, unsigned appeared, unsigned vanished, TileChange& change) const {
+  const std::size_t row = hull_.row(start.y(), start.z());
+  const int low = occupied_rows_.low[row], high = occupied_rows_.high[row];
+  const auto note = [&](int x, bool occupied) {
+    change.occupied.emplace_back(start + Voxel(x, 0, 0), occupied);
+  };
+  appeared &= ~unsigned{intervalRow(start.x(), low, high)};
+  if (appeared) {  // what lies between the ends is of no account
+    note(__builtin_ctz(appeared), true);
+    if (appeared & (appeared - 1)) note(31 - __builtin_clz(appeared), true);
+  }
+  vanished &= unsigned{intervalRow(start.x(), low, low)} | intervalRow(start.x(), high, high);
+  for (; vanished; vanished &= vanished - 1) note(__builtin_ctz(vanished), false);
+}
+
+/// Take over what has changed in the map.
+/// @param[out] frontiers, voids tiles in which they are to be updated.
+void Evaluator::readChanges(std::vector<uint8_t>& frontiers, std::vector<uint8_t>& voids) {
   std::vector<int> candidates;
   for (int i = 0; i < frame_.tileCount(); ++i)
     if (map_.tileSequences()[i] > seen_sequence_) candidates.push_back(i);
@@ -161,9 +184,13 @@ void Evaluator::readChanges(std::vector<uint8_t>& stale) {
                    for (int i = begin; i < end; ++i) readTile(candidates[i], all_rows, changes[i]);
                  });
   for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const std::array<int, 27> around = neighbours(candidates[i]);
-    for (int d = 0; d < 27; ++d)
-      if (changes[i].touched >> d & 1 && around[d] >= 0) stale[around[d]] = 1;
+    if (changes[i].any) frontiers[candidates[i]] = 1;
+    if (changes[i].unknown) {
+      voids[candidates[i]] = 1;
+      const std::array<int, 27> around = neighbours(candidates[i]);
+      for (int d = 0; d < 27; ++d)
+        if (changes[i].touched >> d & 1 && around[d] >= 0) frontiers[around[d]] = 1;
+    }
     for (const auto& [voxel, occupied] : changes[i].occupied) noteOccupied(voxel, occupied);
   }
 }

@@ -205,7 +205,9 @@ void Evaluator::clusterWhole() {
   }
   for (std::size_t t = 0; t < tiles_.size(); ++t) {
     labels_[t] = static_cast<int>(ellipsoids[t].size());
-    if (tiles_[t]) tiles_[t]->voids.runs = runsOf(tiles_[t]->voids.mask, own[t]);
+    if (!tiles_[t]) continue;
+    tiles_[t]->voids.runs = runsOf(tiles_[t]->voids.mask, own[t]);
+    tiles_[t]->voids.labels = labels_[t];
   }
   whole_ = std::move(ellipsoids);
 }

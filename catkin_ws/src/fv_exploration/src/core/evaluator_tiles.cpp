@@ -1,11 +1,13 @@
 // The part of Evaluator that makes frontiers and voids of classes, labels them and links the labels of
 // neighbouring tiles.
 #include <algorithm>
+#include <atomic>
 #include <cstring>
 
 #include "fv_exploration/evaluator.h"
 #include "fv_exploration/parallel.h"
 #include "marked_tiles.h"
+#include "row_classes.h"
 
 namespace fv {
 
@@ -23,13 +25,6 @@ void unknownRows(const std::array<const TileMask*, 27>& around, std::array<uint3
                                      uint32_t{(*around[straight - 1])[row]} >> (kTile - 1) |
                                      (uint32_t{(*around[straight + 1])[row]} & 1) << (kTile + 1);
     }
-}
-
-/// Bits of a row along x that lie within [low, high].
-uint16_t intervalRow(int start, int low, int high) {
-  const int from = std::max(low - start, 0), to = std::min(high - start, kTile - 1);
-  if (low > high || from > to) return 0;
-  return static_cast<uint16_t>(((2u << to) - 1) & ~((1u << from) - 1));
 }
 
 }  // namespace
@@ -74,37 +69,29 @@ TileMask Evaluator::voidMask(int t) const {
 }
 
 /// Update the frontiers of some tiles; beside it, since it does not touch them, the hull.
-/// @param[in,out] stale tiles whose frontiers are to be updated; then those whose voids are.
-void Evaluator::refreshFrontiers(std::vector<uint8_t>& stale) {
+/// @param stale tiles whose frontiers are to be updated. @param[in,out] stale_voids then also those in which
+/// the hull has changed.
+void Evaluator::refreshFrontiers(const std::vector<uint8_t>& stale, std::vector<uint8_t>& stale_voids) {
   frontier_touched_.assign(tiles_.size(), 0);
   const std::vector<int> list = marked(stale);
-  countVoxels(list, -1);
+  std::atomic<int64_t> gained{0};
   parallelChunks(static_cast<int>(list.size()) + 1, threadCount(config_.threads), 1, [&](int i, int, int) {
     if (i == 0)
-      updateHull(stale);
+      updateHull(stale_voids);
     else
-      refreshFrontier(list[i - 1]);
+      gained += refreshFrontier(list[i - 1]);
   });
-  countVoxels(list, 1);
+  frontier_voxels_ += gained;
+  evaluation_->counts["tiles_stale"] = static_cast<int64_t>(list.size());
 }
 
 void Evaluator::refreshVoids(const std::vector<uint8_t>& stale) {
   void_touched_.assign(tiles_.size(), 0);
   const std::vector<int> list = marked(stale);
-  countVoxels(list, -1);
+  std::atomic<int64_t> gained{0};
   parallelChunks(static_cast<int>(list.size()), threadCount(config_.threads), 1,
-                 [&](int i, int, int) { refreshVoid(list[i]); });
-  countVoxels(list, 1);
-  evaluation_->counts["tiles_stale"] = static_cast<int64_t>(list.size());
-}
-
-/// Add the voxels of some tiles to the counts of all, or take them away.
-void Evaluator::countVoxels(const std::vector<int>& tiles, int sign) {
-  for (const int t : tiles)
-    if (tiles_[t]) {
-      frontier_voxels_ += sign * tiles_[t]->frontier.count;
-      void_voxels_ += sign * tiles_[t]->voids.count;
-    }
+                 [&](int i, int, int) { gained += refreshVoid(list[i]); });
+  void_voxels_ += gained;
 }
 
 Tile* Evaluator::tileWith(int t, const TileMask& mask) {
@@ -112,33 +99,39 @@ Tile* Evaluator::tileWith(int t, const TileMask& mask) {
   return tiles_[t].get();
 }
 
-void Evaluator::refreshFrontier(int t) {
+/// Returns how many voxels its frontier has gained.
+int Evaluator::refreshFrontier(int t) {
   const TileMask mask = frontierMask(t);
   Tile* tile = tileWith(t, mask);
-  if (!tile || tile->frontier.mask == mask) return;
+  if (!tile || tile->frontier.mask == mask) return 0;
   writeFlags(t, tile->frontier.mask, mask, kFrontierFlag);
   LabelledMask next;
   next.mask = mask;
   next.count = maskCount(mask);
-  components_[t] = labelComponents(mask, next.runs);
+  components_[t] = next.labels = labelComponents(mask, next.runs);
   frontier_touched_[t] = changedDirections(tile->frontier, next);
+  const int gained = next.count - tile->frontier.count;
   tile->frontier = std::move(next);
+  return gained;
 }
 
-void Evaluator::refreshVoid(int t) {
+/// Returns how many voxels its voids have gained.
+int Evaluator::refreshVoid(int t) {
   const TileMask mask = voidMask(t);
   Tile* tile = tileWith(t, mask);
-  if (!tile || tile->voids.mask == mask) return;
+  if (!tile || tile->voids.mask == mask) return 0;
   writeFlags(t, tile->voids.mask, mask, kVoidFlag);
   LabelledMask next;
   next.mask = mask;
   next.count = maskCount(mask);
   if (config_.tiled) {
     tile->graph = clusterTile(mask, tileCorner(t), rule(), next.runs);
-    labels_[t] = static_cast<int>(tile->graph.nodes.size());
+    labels_[t] = next.labels = static_cast<int>(tile->graph.nodes.size());
     void_touched_[t] = changedDirections(tile->voids, next);
   }
+  const int gained = next.count - tile->voids.count;
   tile->voids = std::move(next);
+  return gained;
 }
 
 /// Write a flag in the rows of a tile in which its mask changes.

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <cstring>
 
@@ -22,11 +23,6 @@ struct RowClasses {
     std::memcpy(bytes_, cells, sizeof(bytes_));
   }
 
-  /// Voxels whose classes are not the same.
-  unsigned differs(const RowClasses& o) const {
-    return (unknown ^ o.unknown) | (free ^ o.free) | (occupied ^ o.occupied);
-  }
-
   /// Write the classes, and leave the other bits of the bytes.
   void write(uint8_t* cells) const {
     for (int half = 0; half < 2; ++half) {
@@ -46,5 +42,12 @@ struct RowClasses {
 
   uint8_t bytes_[kTile];
 };
+
+/// Bits of a tile's row from x = start that lie within [low, high].
+inline uint16_t intervalRow(int start, int low, int high) {
+  const int from = std::max(low - start, 0), to = std::min(high - start, kTile - 1);
+  if (low > high || from > to) return 0;
+  return static_cast<uint16_t>(((2u << to) - 1) & ~((1u << from) - 1));
+}
 
 }  // namespace fv

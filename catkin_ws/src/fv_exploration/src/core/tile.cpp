@@ -60,42 +60,41 @@ class Runs {
   uint16_t parent_[kMost];
 };
 
-uint64_t pack(const TileLink& l) {
-  return uint64_t{l.direction} << 32 | uint64_t{l.own} << 16 | uint64_t{l.other};
-}
-
-/// Links as they are found; most repetitions are dropped at once.
-class LinkSet {
+/// Pairs of labels, own and other, as they are found.
+class LabelPairs {
  public:
-  LinkSet() { recent_.fill(~uint64_t{0}); }
-
-  void add(int own, int other, int direction) {
-    const uint64_t key = uint64_t(direction) << 32 | uint64_t(own) << 16 | uint64_t(other);
-    uint64_t& recent = recent_[(own * 31 + other * 7 + direction) & (kRecent - 1)];
-    if (recent == key) return;
-    recent = key;
-    links_.push_back(
-        {static_cast<uint16_t>(own), static_cast<uint16_t>(other), static_cast<uint8_t>(direction)});
+  /// None of so many possible ones.
+  void clear(int own, int other) {
+    others_ = other;
+    missing_ = own * other;
+    found_.assign((missing_ + 63) / 64, 0);
   }
+  void add(int own, int other) {
+    const int i = own * others_ + other;
+    const uint64_t bit = uint64_t{1} << (i & 63);
+    missing_ -= !(found_[i >> 6] & bit);
+    found_[i >> 6] |= bit;
+  }
+  /// Whether there are no others to find.
+  bool full() const { return missing_ == 0; }
 
   /// Each once, in order.
-  void appendTo(std::vector<TileLink>& out) {
-    std::sort(links_.begin(), links_.end(), [](const auto& a, const auto& b) { return pack(a) < pack(b); });
-    links_.erase(std::unique(links_.begin(), links_.end(),
-                             [](const auto& a, const auto& b) { return pack(a) == pack(b); }),
-                 links_.end());
-    out.insert(out.end(), links_.begin(), links_.end());
+  void appendTo(std::vector<TileLink>& out, int direction) const {
+    for (std::size_t word = 0; word < found_.size(); ++word)
+      for (uint64_t rest = found_[word]; rest; rest &= rest - 1) {
+        const int i = static_cast<int>(64 * word) + __builtin_ctzll(rest);
+        out.push_back({static_cast<uint16_t>(i / others_), static_cast<uint16_t>(i % others_),
+                       static_cast<uint8_t>(direction)});
+      }
   }
 
  private:
-  static constexpr int kRecent = 512;
-  std::array<uint64_t, kRecent> recent_;
-  std::vector<TileLink> links_;
+  int others_ = 0, missing_ = 0;
+  std::vector<uint64_t> found_;  // a bit each
 };
 
 /// Links of a row of `own` to a row next to it, straight above, below or beside it.
-void linkRows(const LabelledMask& own, int row, const LabelledMask& other, int other_row, int direction,
-              LinkSet& links) {
+void linkRows(const LabelledMask& own, int row, const LabelledMask& other, int other_row, LabelPairs& found) {
   const unsigned mask = own.mask[row], theirs = other.mask[other_row];
   if (!((mask | mask << 1 | mask >> 1) & theirs)) return;
   const uint16_t* label = &own.runs.labels[own.runs.first[row]];
@@ -111,7 +110,7 @@ void linkRows(const LabelledMask& own, int row, const LabelledMask& other, int o
     const unsigned starts = other.runs.starts[other_row];
     const uint16_t* other_label = other_labels + bitCount(starts & ((2u << __builtin_ctz(near)) - 1)) - 1;
     for (; near; ++other_label) {  // what begins within reach is reached
-      links.add(*label, *other_label, direction);
+      found.add(*label, *other_label);
       const unsigned next = starts & ~((2u << __builtin_ctz(near)) - 1);
       near &= next ? ~((next & -next) - 1) : 0;
     }
@@ -125,12 +124,13 @@ struct Span {
 };
 
 /// Links to the tile in a direction; 13: within the tile.
-void linkTowards(const LabelledMask& own, const LabelledMask& other, int direction, LinkSet& links) {
+void linkTowards(const LabelledMask& own, const LabelledMask& other, int direction, LabelPairs& found) {
+  found.clear(own.labels, other.labels);
   const Voxel step = directionStep(direction);
   const Span ys(step.y()), zs(step.z());
   const int x = step.x() < 0 ? 0 : kTile - 1, other_x = kTile - 1 - x;
   for (int z = zs.begin; z < zs.end; ++z)
-    for (int y = ys.begin; y < ys.end; ++y) {
+    for (int y = ys.begin; y < ys.end && !found.full(); ++y) {
       const int row = y + kTile * z;
       const unsigned mask = own.mask[row];
       if (!mask || (step.x() && !(mask >> x & 1))) continue;
@@ -140,9 +140,9 @@ void linkTowards(const LabelledMask& own, const LabelledMask& other, int directi
           if (dz < 0 || dz >= kTile || dy < 0 || dy >= kTile) continue;
           const int other_row = dy + kTile * dz;
           if (!step.x())
-            linkRows(own, row, other, other_row, direction, links);
+            linkRows(own, row, other, other_row, found);
           else if (other.mask[other_row] >> other_x & 1)
-            links.add(own.runs.at(row, x), other.runs.at(other_row, other_x), direction);
+            found.add(own.runs.at(row, x), other.runs.at(other_row, other_x));
         }
     }
 }
@@ -164,8 +164,7 @@ void forEachRun(const TileMask& mask, const RunLabels& runs, const Voxel& corner
 /// @param whole per component all of it, @param fits whether that is one ellipsoid.
 /// @param[in,out] runs labels: components; then nodes.
 VoidGraph clusterParts(const TileMask& voids, const Voxel& corner, const ClusterRule& rule,
-                       const BigVector<VoidNode>& whole, const std::vector<uint8_t>& fits,
-                       RunLabels& runs) {
+                       const BigVector<VoidNode>& whole, const std::vector<uint8_t>& fits, RunLabels& runs) {
   std::vector<Voxel> rest;
   std::vector<int> labels, place, at;  // of the nodes of `rest`, of its voxels; of components
   forEach(voids, [&](int x, int y, int z) {
@@ -325,16 +324,22 @@ uint32_t changedDirections(const LabelledMask& before, const LabelledMask& after
 
 void relink(const LabelledMask& own, const std::array<const LabelledMask*, 27>& around, uint32_t which,
             std::vector<TileLink>& links) {
-  links.erase(std::remove_if(links.begin(), links.end(),
-                             [&](const TileLink& link) { return which >> link.direction & 1; }),
-              links.end());
-  const std::size_t kept = links.size();
-  LinkSet found;
-  for (int d = 0; d < 27; ++d)
-    if (which >> d & 1 && around[d]) linkTowards(own, *around[d], d, found);
-  found.appendTo(links);
-  const auto less = [](const TileLink& a, const TileLink& b) { return pack(a) < pack(b); };
-  std::inplace_merge(links.begin(), links.begin() + static_cast<std::ptrdiff_t>(kept), links.end(), less);
+  if (!which) return;
+  thread_local LabelPairs found;
+  thread_local std::vector<TileLink> out;
+  out.clear();
+  auto old = links.begin();
+  for (int d = 0; d < 27; ++d) {
+    const auto begin = old;
+    while (old != links.end() && old->direction == d) ++old;
+    if (!(which >> d & 1)) {
+      out.insert(out.end(), begin, old);
+    } else if (own.count && around[d]) {
+      linkTowards(own, *around[d], d, found);
+      found.appendTo(out, d);
+    }
+  }
+  links = out;
 }
 
 }  // namespace fv
