@@ -48,8 +48,18 @@ def sixty_scans(resolution_m: float, count: int) -> dict[str, Any]:
         known.append(counts["free"] + counts["occupied"])
     peak = (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before_kib) * 1024
     octree = grid.octree_memory_bytes
-    batches = [timed(lambda: Evaluator(grid, EvaluationConfig()).update())[0] for _ in range(3)]
-    return {"updates": updates, "known": known, "batches": batches, "peak": peak, "octree": octree}
+
+    def anew(config: EvaluationConfig) -> list[float]:
+        return [timed(lambda: Evaluator(grid, config).update())[0] for _ in range(7)]
+
+    return {
+        "updates": updates,
+        "known": known,
+        "batches": anew(EvaluationConfig()),
+        "whole": anew(EvaluationConfig(tiled=False)),
+        "peak": peak,
+        "octree": octree,
+    }
 
 
 def in_own_process(resolution_m: float, count: int) -> dict[str, Any]:
@@ -78,6 +88,13 @@ def growth(quick: bool) -> list[dict]:
         ),
         row(
             "evaluation", f"{case}: update", last, r["batches"], reference_name="batch evaluation", target=20
+        ),
+        row(
+            "evaluation",
+            f"{case}: update",
+            last,
+            r["whole"],
+            reference_name="batch evaluation, voids merged as a whole (thesis)",
         ),
         row(
             "evaluation",
