@@ -8,6 +8,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
 from fv_exploration.view_geometry import upright_poses
 
@@ -66,11 +67,8 @@ class ReachableViews:
         """Which of (N, 3) positions [m] of the map frame lie in the ball that bounds the map, in some base pose."""
         centre = self._capability.centres.mean(axis=0)
         reach = np.linalg.norm(self._capability.centres - centre, axis=1).max() + self._capability.radius
-        inside = np.zeros(len(positions), dtype=bool)
-        for T_map_base in self._T_map_bases:
-            centre_map = T_map_base[:3, :3] @ centre + T_map_base[:3, 3]
-            inside |= np.linalg.norm(positions - centre_map, axis=1) <= reach
-        return inside
+        centres_map = self._T_map_bases[:, :3, :3] @ centre + self._T_map_bases[:, :3, 3]
+        return (cdist(positions, centres_map) <= reach).any(axis=1)
 
     def sample(self, count: int, random: np.random.Generator) -> tuple[Array, Array]:
         """Views drawn evenly from the valid sphere points and the base poses.

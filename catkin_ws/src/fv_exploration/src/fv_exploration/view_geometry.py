@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 Array = NDArray[np.float64]
 
@@ -55,6 +56,7 @@ def spread_out(
     """
     order = np.argsort(-scores, kind="stable")
     positions, directions = poses[order, :3, 3], poses[order, :3, 2]  # contiguous: gathered once
+    nearby = cKDTree(positions, balanced_tree=False, compact_nodes=False)
     left = np.ones(len(order), dtype=bool)
     chosen: list[int] = []
     for row in range(len(order)):
@@ -62,7 +64,7 @@ def spread_out(
             break
         if left[row]:
             chosen.append(int(order[row]))
-            near = np.nonzero(np.linalg.norm(positions - positions[row], axis=1) <= spread_m)[0]
+            near = np.array(nearby.query_ball_point(positions[row], spread_m))
             left[near[angles_between(directions[near], directions[row]) <= spread_rad]] = False
     return np.array(chosen, dtype=np.int64)
 
