@@ -136,7 +136,9 @@ def shape(name):
         "lattice": (x + y + z) % 2 == 0,  # ties without end
         "shells": np.sqrt((x - 10) ** 2 + (y - 10) ** 2 + (z - 10) ** 2) % 6 < 2.5,
         # one long body, joined first, that sees all the dust merge around it
-        "rod in dust": np.concatenate([np.ones((1, 1, 3000)), rng.random((3, 3, 3000)).reshape(9, 1, -1) < 0.2]),
+        "rod in dust": np.concatenate(
+            [np.ones((1, 1, 3000)), rng.random((3, 3, 3000)).reshape(9, 1, -1) < 0.2]
+        ),
     }
     return ordered(np.argwhere(masks[name])[:, ::-1])
 
