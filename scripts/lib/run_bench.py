@@ -5,11 +5,14 @@ from __future__ import annotations
 import argparse
 import importlib.util
 import json
+import os
 import sys
 import time
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+
+from interrupts import INTERRUPTED, interrupt_on_signals
 
 ROOT = Path(__file__).resolve().parents[2]
 COLUMNS = (
@@ -74,6 +77,10 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
     unknown = [name for name in arguments.names if name not in benches]
     if unknown:
         parser.error(f"no such bench: {', '.join(unknown)}; valid: {', '.join(benches)}")
+    if arguments.json and not os.access(arguments.json.absolute().parent, os.W_OK):
+        parser.error(
+            f"--json {arguments.json}: its folder cannot be written"
+        )  # not after minutes of measuring
     return arguments
 
 
@@ -83,8 +90,8 @@ def write_rows(path: Path, rows: list[dict[str, Any]]) -> None:
     beside.replace(path)
 
 
-def main() -> int:
-    arguments = parse_arguments(sys.argv[1:])
+def measure(arguments: argparse.Namespace) -> int:
+    """Run the benches and print their table; the exit code."""
     benches = available()
     rows: list[dict[str, Any]] = []
     for name in arguments.names or list(benches):
@@ -100,6 +107,19 @@ def main() -> int:
     if arguments.quick:
         print("--quick shows that the benches run; its figures judge nothing")
     return 1 if missed and not arguments.quick else 0
+
+
+def main() -> int:
+    interrupt_on_signals()
+    arguments = parse_arguments(sys.argv[1:])
+    try:
+        return measure(arguments)
+    except KeyboardInterrupt:
+        kept = (
+            f"; the rows so far are in {arguments.json}" if arguments.json and arguments.json.exists() else ""
+        )
+        print(f"bench: interrupted{kept}", file=sys.stderr)
+        return INTERRUPTED
 
 
 if __name__ == "__main__":

@@ -15,6 +15,8 @@ import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from interrupts import INTERRUPTED, interrupt_on_signals
+
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ROOT / "catkin_ws" / "src"
 BUILD = ROOT / "catkin_ws" / "build"
@@ -261,6 +263,7 @@ def report(tally: Tally) -> int:
 
 
 def main() -> int:
+    interrupt_on_signals()
     arguments = parse_arguments(sys.argv[1:])
     only = arguments.packages or packages()
     stages = {
@@ -282,6 +285,12 @@ def main() -> int:
             counts = f"{tally.passed - before[0]} passed, {tally.failed - before[1]} failed"
             print(f"  stage {name} took {time.monotonic() - start:.0f} s ({counts})", flush=True)
         return report(tally)
+    except KeyboardInterrupt:
+        print(
+            f"test: interrupted in '{name}'; {tally.passed} passed, {tally.failed} failed so far",
+            file=sys.stderr,
+        )
+        return INTERRUPTED
     finally:
         if arguments.logs:
             shutil.copytree(work, arguments.logs, dirs_exist_ok=True)
