@@ -8,6 +8,7 @@ from hubo_sim.conversions import laser_msg
 from hubo_sim.errors import SimError
 from hubo_sim.robot_spec import RobotSpec
 from hubo_sim.simulator import Simulator
+from hubo_sim.trajectory_goal import TrajectoryGoal
 from hubo_sim.worlds import parse_world
 
 INERTIAL = '<inertial><mass value="{m}"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>'
@@ -79,6 +80,25 @@ def test_lidar_noise_has_its_spread_and_repeats():
     assert np.array_equal(first, lidar.scan(sim.scene, 1)[0])
     assert not np.array_equal(first, lidar.scan(sim.scene, 2)[0])
     sim.close()
+
+
+def test_lidar_readings_that_noise_carries_past_the_limits_are_none():
+    sim = make(lidar=LIDAR | {"max_range_m": 2.02, "sigma_m": 0.05})  # the wall is at 2 m
+    ahead = np.array([sim.sensors["lidar"].scan(sim.scene, number)[0, 90] for number in range(40)])
+    assert 5 < np.isnan(ahead).sum() < 35
+    assert np.nanmax(ahead) <= 2.02
+
+
+def test_imu_feels_nothing_of_a_reset():
+    sim = make(imu=IMU)
+    controller = sim.controllers["c"]
+    controller.start(TrajectoryGoal(["turn"], [1.0], [[1.5]], [[]], [[]]), sim.now_s)
+    for _ in range(120):
+        sim.step()
+    sim.reset()
+    sim.step()
+    force = sim.sensors["imu"].measure(0)[1]
+    assert force == pytest.approx([0.0, 0.0, 9.81], abs=0.3)
 
 
 def test_imu_at_rest_feels_gravity_upwards():

@@ -243,6 +243,13 @@ def test_path_tolerance_of_the_velocity_aborts():
     assert [o.code for o in plant.controller.ended()] == [Code.PATH_TOLERANCE_VIOLATED]
 
 
+@pytest.mark.parametrize("speed", [1e7, 1e200, 1e305])
+def test_velocities_that_no_joint_has_are_rejected_with_their_value(speed):
+    refused = refusal(goal((1.0, 2.0), ((1.0, 0.0), (0.5, 0.0)), [[speed, 0.0], [0.0, 0.0]]))
+    assert refused.code == Code.INVALID_GOAL
+    assert f"{speed:g}" in str(refused) and "point 0" in str(refused)
+
+
 @pytest.mark.parametrize("kind", ["path_tolerance", "goal_tolerance"])
 def test_tolerance_that_is_not_a_number_is_rejected(kind):
     assert refusal(goal(**{kind: {"a": Tolerance(math.nan)}})).code == Code.INVALID_GOAL

@@ -98,7 +98,7 @@ def test_list_names_every_world_and_each_of_them_loads(capsys):
 
 
 def test_bad_seed_of_a_generated_world_is_named():
-    for name in ("room:x", "castle:1", "room:-1"):
+    for name in ("room:x", "castle:1", "room:-1", "room:²"):
         with pytest.raises(SimError):
             load_world(name)
 
@@ -123,6 +123,19 @@ def test_file_that_is_no_yaml_is_named(tmp_path):
         ({"objects": [{"name": "a", "box": {"size": [1, 1, 1]}}]}, "size"),
         ({"objects": [{"name": "a", "box": {"size_m": [1, 1, "x"]}}]}, "size_m"),
         ({"objects": [{"name": "a", "sphere": {"radius_m": -1}}]}, "radius_m"),
+        ({"objects": [{"name": "a", "box": {"size_m": [1, 1, -1]}}]}, "size_m"),
+        ({"objects": [{"name": "a", "box": {"size_m": [1, 1, 0]}}]}, "size_m"),
+        ({"objects": [{"name": "a", "sphere": {"radius_m": 1}, "position_m": [1e30, 0, 0]}]}, "position_m"),
+        ({"objects": [{"name": "a", "sphere": {"radius_m": 1}, "color": [255, 0, 0]}]}, "color"),
+        (
+            {
+                "objects": [
+                    {"name": "a", "urdf": {"file": "pybullet_data:duck_vhacd.urdf", "scale": [1, 1, 1]}}
+                ]
+            },
+            "scale",
+        ),
+        ({1: 2, "colour": 1}, "1"),
         ({"objects": [{"name": "a", "mesh": {"file": "pybullet_data:no.obj"}}]}, "no.obj"),
         ({"objects": [{"name": "a", "sphere": {"radius_m": 1}}] * 2}, "twice"),
         ({"objects": [{"name": "a", "sphere": {"radius_m": 1}, "color": [1, 2]}]}, "color"),

@@ -17,6 +17,8 @@ from hubo_sim.spline import JointSample
 from hubo_sim.trajectory_goal import Tolerance, TrajectoryGoal
 from hubo_sim.transforms import quaternion_of, transform
 
+_FAR_M = 1e6  # beyond, coordinates lose the digits that physics needs
+
 
 def time_from_ns(ns: int) -> Time:
     """ROS time of whole nanoseconds."""
@@ -138,11 +140,14 @@ def pose_msg(T: np.ndarray) -> Pose:
 
 
 def transform_from_pose(pose: Pose) -> np.ndarray:
-    """(4, 4) matrix of a pose. Raises ValueError when it is not finite or the quaternion is not of unit length."""
+    """(4, 4) matrix of a pose. Raises ValueError when it is no number, far off, or its quaternion is not unit."""
     p, q = pose.position, pose.orientation
     values = np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])
-    if not np.all(np.isfinite(values)) or abs(np.linalg.norm(values[3:]) - 1.0) > 1e-3:
-        raise ValueError("pose must be finite with a unit quaternion")
+    if not np.all(np.abs(values[:3]) <= _FAR_M):  # no number is not within either
+        raise ValueError(f"pose: position {values[:3].tolist()} must be within +-{_FAR_M:g} m")
+    norm = np.linalg.norm(values[3:])
+    if not abs(norm - 1.0) <= 1e-3:
+        raise ValueError(f"pose: the quaternion {values[3:].tolist()} has length {norm:g}, must be 1")
     return transform(values[:3], values[3:])
 
 

@@ -45,6 +45,8 @@ class Lidar:
         ranges = config.min_range_m + fractions * (config.max_range_m - config.min_range_m)
         rng = np.random.default_rng([config.seed, scan_number])
         ranges += config.sigma_m * rng.standard_normal(len(ranges))
+        within = (ranges >= config.min_range_m) & (ranges <= config.max_range_m)
+        ranges = np.where(within, ranges, np.nan)  # as a driver does with what noise carries past the limits
         return ranges.reshape(self._directions.shape[:2])
 
     def points(self, ranges: np.ndarray) -> np.ndarray:
@@ -69,7 +71,11 @@ class Imu:
     def __init__(self, config: description.Imu, robot: SimRobot) -> None:
         self.config = config
         self._robot = robot
-        self._velocity = robot.link_velocity(self.config.link)[0]
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the motion so far: the robot was put somewhere."""
+        self._velocity = self._robot.link_velocity(self.config.link)[0]
         self._acceleration = np.zeros(3)
 
     def update(self, step_s: float) -> None:

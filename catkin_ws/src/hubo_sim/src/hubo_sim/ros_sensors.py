@@ -18,7 +18,7 @@ class RosSensor:
 
     def __init__(self, sensor: Lidar | Imu | ForceTorque) -> None:
         self._sensor = sensor
-        self._count = 0
+        self.readings = 0  # so far: the noise depends on it
         self._due_s = 0.0
         self._pub = rospy.Publisher(sensor.config.topic, self._message_type(), queue_size=10)
 
@@ -36,8 +36,8 @@ class RosSensor:
 
     def publish(self, scene: Scene, stamp: rospy.Time) -> None:
         """Measure now and publish under `stamp`."""
-        sensor, number = self._sensor, self._count
-        self._count += 1
+        sensor, number = self._sensor, self.readings
+        self.readings += 1
         if isinstance(sensor, Lidar):
             self._pub.publish(self._lidar_msg(sensor, sensor.scan(scene, number), stamp))
         elif isinstance(sensor, Imu):

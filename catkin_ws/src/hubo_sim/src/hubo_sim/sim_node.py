@@ -111,6 +111,8 @@ class SimNode:
             controller.drop_pending("the simulation was reset")
         for camera in self.cameras:
             camera.scans = 0
+        for sensor in self.sensors:
+            sensor.readings = 0
         self.sim.reset()
         self._last_moving_step = self.sim.steps
         self.publish_base_transform()

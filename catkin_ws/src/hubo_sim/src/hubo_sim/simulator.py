@@ -140,6 +140,9 @@ class Simulator:
         for name, controller in self.controllers.items():
             controller.reset(positions[self._rows[name]])
             self._drives[name].reset()
+        for sensor in self.sensors.values():
+            if isinstance(sensor, Imu):
+                sensor.reset()
         self.contacts = ContactLog()
         self._rest_steps = 0
 

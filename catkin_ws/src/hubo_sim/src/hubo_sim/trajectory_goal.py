@@ -55,6 +55,8 @@ class TrajectoryGoal:
 
 # How far beyond a position limit a point may lie: rounding in the sender, not intent [rad].
 _LIMIT_MARGIN = 1e-4
+# No joint is that fast or turns that far; splines through larger values lose all digits [rad], [rad/s], [rad/s^2].
+_ABSURD = 1e6
 
 
 def check_goal(goal: TrajectoryGoal, joints: list[JointInfo], now_s: float, allow_partial: bool) -> None:
@@ -105,6 +107,11 @@ def _check_sizes(goal: TrajectoryGoal) -> None:
                 raise Refusal(Code.INVALID_GOAL, f"point {i} has {len(row)} {name} for {count} joints")
             if not np.all(np.isfinite(row)):
                 raise Refusal(Code.INVALID_GOAL, f"point {i} has {name} that are not finite")
+            if np.abs(row).max(initial=0.0) > _ABSURD:
+                worst = max(row, key=abs)
+                raise Refusal(
+                    Code.INVALID_GOAL, f"point {i} has {name} of {worst:g}, allowed are +-{_ABSURD:g}"
+                )
 
 
 def _check_times(goal: TrajectoryGoal) -> None:

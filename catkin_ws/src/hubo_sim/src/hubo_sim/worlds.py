@@ -15,6 +15,7 @@ from hubo_sim.errors import SimError
 from hubo_sim.paths import resolve_file, worlds_folder
 from hubo_sim.transforms import from_rpy
 
+_THIN = 1e-6  # [m] smallest size, and smallest scale
 GENERATED = ("room", "tabletop")  # kinds of worlds that are made from a seed
 SHAPES = ("box", "cylinder", "sphere", "mesh", "urdf", "sdf")
 _SHAPE_KEYS = {
@@ -27,11 +28,14 @@ _SHAPE_KEYS = {
 }
 
 
-def vector(value: Any, name: str, size: int = 3) -> np.ndarray:
-    """`value` as a finite float vector (size,), else SimError."""
+_FAR = 1e6  # [m] or [deg]: beyond, coordinates lose the digits that physics needs
+
+
+def vector(value: Any, name: str, size: int = 3, low: float = -_FAR, high: float = _FAR) -> np.ndarray:
+    """`value` as a float vector (size,) within [low, high], else SimError."""
     if not isinstance(value, (list, tuple, np.ndarray)) or len(value) != size:
         raise SimError(f"{name} must be {size} numbers, got {value!r}")
-    return np.array([number(v, name) for v in value])
+    return np.array([number(v, name, low, high) for v in value])
 
 
 @dataclass(frozen=True)
@@ -153,7 +157,7 @@ def load_world(name_or_path: str) -> World:
 def _generated(kind: str, seed: str) -> World:
     from hubo_sim.world_generator import generate  # it reads meshes, which most worlds need not
 
-    if not seed.isdigit():
+    if not (seed.isascii() and seed.isdigit()):
         raise SimError(f"world {kind}:{seed}: the seed must be a non-negative integer")
     return parse_world(generate(kind, int(seed)), f"{kind}_{seed}", f"{kind}:{seed}")
 
@@ -163,7 +167,7 @@ def parse_world(content: Any, name: str, where: str) -> World:
     if not isinstance(content, dict):
         raise SimError(f"{where}: a mapping is needed, got {type(content).__name__}")
     known = ("description", "bounds", "robot", "camera", "objects")
-    unknown = sorted(set(content) - set(known))
+    unknown = [key for key in content if key not in known]
     missing = [key for key in ("description", "bounds") if key not in content]
     if unknown or missing:
         problem = (
@@ -198,7 +202,7 @@ def parse_object(content: Any, where: str) -> WorldObject:
     if not isinstance(entry.name, str) or not re.fullmatch(r"[\w.-]+", entry.name):
         raise SimError(f"{where}: name must be letters, digits, '_', '-' or '.'")
     color = list(entry.color) if isinstance(entry.color, (list, tuple)) else [None]
-    rgba = vector([*color, 1.0] if len(color) == 3 else color, f"{where}: color", 4)
+    rgba = vector([*color, 1.0] if len(color) == 3 else color, f"{where}: color", 4, 0.0, 1.0)
     return WorldObject(
         name=entry.name,
         shape=shapes[0],
@@ -209,7 +213,7 @@ def parse_object(content: Any, where: str) -> WorldObject:
         ),
         color=tuple(rgba),
         fixed=bool(entry.fixed),
-        mass_kg=number(entry.mass_kg, f"{where}: mass_kg", 1e-6),
+        mass_kg=number(entry.mass_kg, f"{where}: mass_kg", 1e-6, 1e9),
     )
 
 
@@ -225,10 +229,10 @@ def _parse_size(shape: str, content: Any, where: str) -> dict[str, Any]:
     for key, value in content.items():
         if key == "file":
             out[key] = resolve_file(value, where)
-        elif key == "size_m" or (key == "scale" and isinstance(value, list)):
-            out[key] = vector(value, f"{where}: {key}")
+        elif key == "size_m" or (shape == "mesh" and isinstance(value, list)):
+            out[key] = vector(value, f"{where}: {key}", low=_THIN)
         else:
-            out[key] = number(value, f"{where}: {key}", 1e-6)
+            out[key] = number(value, f"{where}: {key}", _THIN, _FAR)
     if shape in ("mesh", "urdf", "sdf"):
         scale = out.setdefault("scale", 1.0)
         out["scale"] = np.broadcast_to(scale, 3).astype(float) if shape == "mesh" else scale
