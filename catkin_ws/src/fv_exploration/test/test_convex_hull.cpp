@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <climits>
+#include <cmath>
+#include <ctime>
 #include <random>
 
 #include "fv_exploration/convex_hull.h"
@@ -106,6 +108,60 @@ TEST(ConvexHull, GrowingTellsAllRowsThatChange) {
         EXPECT_EQ(hull.high[row], before.high[row]);
       }
   }
+}
+
+/// A ball's surface: more corners than anything a robot meets.
+GridFrame frameOfBall(int radius) {
+  const int tiles = radius / fv::kTile + 1;
+  return {Voxel::Constant(-tiles * fv::kTile), Voxel::Constant(2 * tiles)};
+}
+RowExtremes ball(const GridFrame& frame, int radius, int top) {
+  const HullRows none(frame);
+  RowExtremes out{none.low, none.high};
+  for (int z = -radius; z <= std::min(radius, top); ++z)
+    for (int y = -radius; y <= radius; ++y) {
+      const int rest = radius * radius - y * y - z * z;
+      if (rest < 0) continue;
+      const std::size_t row = none.row(y, z);
+      out.high[row] = static_cast<int>(std::sqrt(rest));
+      out.low[row] = -out.high[row];
+    }
+  return out;
+}
+
+TEST(ConvexHull, AGrownBallIsAsMadeAtOnce) {
+  constexpr int kRadius = 75;
+  const GridFrame frame = frameOfBall(kRadius);
+  const RowExtremes all = ball(frame, kRadius, kRadius);
+  const HullRows whole = fv::hullOfRows(frame, all);
+  for (const int top : {-60, 0, 50, 72}) {  // from few voxels that come new to so many that all begins anew
+    HullRows grown = fv::hullOfRows(frame, ball(frame, kRadius, top));
+    std::vector<Voxel> added;
+    for (int z = top + 1; z <= kRadius; ++z)
+      for (int y = -kRadius; y <= kRadius; ++y)
+        if (const std::size_t row = grown.row(y, z); all.low[row] <= all.high[row])
+          added.insert(added.end(), {Voxel(all.low[row], y, z), Voxel(all.high[row], y, z)});
+    grown.grow(added);
+    EXPECT_EQ(grown.low, whole.low) << top;
+    EXPECT_EQ(grown.high, whole.high) << top;
+    EXPECT_EQ(grown.vertices.size(), whole.vertices.size()) << top;
+    expectSurface(grown, {});
+  }
+}
+
+TEST(ConvexHull, TheTimeOfManyCornersIsNotTheirSquare) {
+  const auto seconds = [](int radius) {  // of this process: the least of some runs
+    const GridFrame frame = frameOfBall(radius);
+    const RowExtremes rows = ball(frame, radius, radius);
+    double least = 1e9;
+    for (int run = 0; run < 4; ++run) {
+      const std::clock_t start = std::clock();
+      fv::hullOfRows(frame, rows);
+      least = std::min(least, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC);
+    }
+    return least;
+  };
+  EXPECT_LT(seconds(200), 30 * seconds(50));  // 8 times the corners, 16 times the rows
 }
 
 TEST(ConvexHull, VoxelsInAPlaneHaveNone) {

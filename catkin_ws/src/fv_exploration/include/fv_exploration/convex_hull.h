@@ -12,8 +12,7 @@ struct HullTriangle {
   Eigen::Matrix<int64_t, 3, 1> normal;
 };
 
-/// Convex hull of voxels, as triangles with integer planes. Qhull (Barber, Dobkin, Huhdanpaa 1996) finds the
-/// corners.
+/// Convex hull of voxels, as triangles with integer planes; exact.
 /// @param[in,out] voxels on return only the corners.
 /// @return empty when the voxels lie in one plane, or are fewer than 4.
 std::vector<HullTriangle> hullTriangles(std::vector<Voxel>& voxels);

@@ -3,18 +3,16 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <climits>
-#include <cstdio>
-#include <numeric>
 
-extern "C" {
-#include <libqhull_r/qhull_ra.h>
-}
+#include "growing_hull.h"
 
 namespace fv {
 
 namespace {
 
 using Vector3l = Eigen::Matrix<int64_t, 3, 1>;
+
+constexpr std::size_t kManyPairs = std::size_t{1} << 22;  // of a voxel and a triangle: some milliseconds
 
 /// Four voxels that span space; false when there are none.
 bool spanning(const std::vector<Voxel>& p, std::array<int, 4>& out) {
@@ -37,119 +35,6 @@ bool spanning(const std::vector<Voxel>& p, std::array<int, 4>& out) {
   }
   return found == 4;
 }
-
-/// A Qhull run; frees what it holds.
-class QhullRun {
- public:
-  explicit QhullRun(const std::vector<Voxel>& voxels) {
-    for (const Voxel& v : voxels)
-      for (int axis = 0; axis < 3; ++axis) coordinates_.push_back(v[axis]);
-    errors_ = std::fopen("/dev/null", "w");
-    qh_zero(&qh_, errors_);
-    char command[] = "qhull Qt";
-    ok_ = qh_new_qhull(&qh_, 3, static_cast<int>(voxels.size()), coordinates_.data(), False, command, nullptr,
-                       errors_) == 0;
-  }
-  ~QhullRun() {
-    qh_freeqhull(&qh_, !qh_ALL);
-    int current, total;
-    qh_memfreeshort(&qh_, &current, &total);
-    if (errors_) std::fclose(errors_);
-  }
-  QhullRun(const QhullRun&) = delete;
-  QhullRun& operator=(const QhullRun&) = delete;
-
-  /// Indices of the voxels that are corners; all voxels when Qhull fails.
-  std::vector<int> corners() {
-    std::vector<int> out;
-    if (!ok_) {
-      out.resize(coordinates_.size() / 3);
-      std::iota(out.begin(), out.end(), 0);
-      return out;
-    }
-    qhT* qh = &qh_;  // the name that Qhull's macros expect
-    vertexT* vertex;
-    FORALLvertices out.push_back(qh_pointid(qh, vertex->point));
-    std::sort(out.begin(), out.end());
-    return out;
-  }
-
- private:
-  qhT qh_;
-  std::vector<coordT> coordinates_;
-  FILE* errors_;
-  bool ok_;
-};
-
-/// 0..count-1 in an order without system: the first few span most of the hull, the others change little.
-std::vector<int> mixedOrder(std::size_t count) {
-  std::vector<int> order(count);
-  std::iota(order.begin(), order.end(), 0);
-  uint32_t state = 1;
-  for (std::size_t i = count; i > 1; --i) {
-    state = state * 1664525u + 1013904223u;  // Numerical Recipes' generator: the same everywhere
-    std::swap(order[i - 1], order[static_cast<std::size_t>(state >> 8) % i]);
-  }
-  return order;
-}
-
-/// Closed surface of triangles around voxels that grows with each voxel outside (beneath-beyond), exact.
-/// Triangles that the new voxel lies above are replaced by a fan of others between it and their rim. One in
-/// whose plane it lies stays: the rim is the same as for a voxel a little further inside, a single ring.
-class GrowingHull {
- public:
-  GrowingHull(const std::vector<Voxel>& vertices, std::vector<HullTriangle>& triangles)
-      : vertices_(vertices), triangles_(triangles) {}
-
-  /// Begin with a tetrahedron of four of the vertices.
-  void begin(const std::array<int, 4>& base) {
-    for (int apex = 0; apex < 4; ++apex) {
-      std::array<int, 3> corners{base[(apex + 1) % 4], base[(apex + 2) % 4], base[(apex + 3) % 4]};
-      if (height(triangle(corners), vertices_[base[apex]]) > 0) std::swap(corners[1], corners[2]);
-      triangles_.push_back(triangle(corners));
-    }
-  }
-
-  /// @return whether vertex i lay outside. `kept`: of that many triangles, from the first on, it is told how
-  /// many are left.
-  bool add(int i, std::size_t& kept) {
-    rim_.clear();
-    std::size_t left = 0, left_of_kept = 0;
-    for (std::size_t k = 0; k < triangles_.size(); ++k) {
-      const HullTriangle& t = triangles_[k];
-      if (height(t, vertices_[i]) > 0) {
-        for (int c = 0; c < 3; ++c) rim_.emplace_back(t.corners[c], t.corners[(c + 1) % 3]);
-        continue;
-      }
-      left_of_kept += k < kept;
-      if (left != k) triangles_[left] = t;
-      ++left;
-    }
-    if (rim_.empty()) return false;
-    kept = left_of_kept;
-    triangles_.resize(left);
-    std::sort(rim_.begin(), rim_.end());
-    for (const auto& [from, to] : rim_)  // an edge between two of the triangles is there both ways
-      if (!std::binary_search(rim_.begin(), rim_.end(), std::pair(to, from)))
-        triangles_.push_back(triangle({from, to, i}));
-    return true;
-  }
-
- private:
-  HullTriangle triangle(const std::array<int, 3>& corners) const {
-    const Vector3l a = vertices_[corners[0]].cast<int64_t>();
-    return {corners,
-            (vertices_[corners[1]].cast<int64_t>() - a).cross(vertices_[corners[2]].cast<int64_t>() - a)};
-  }
-  /// Above the plane of a triangle: positive.
-  int64_t height(const HullTriangle& t, const Voxel& v) const {
-    return t.normal.dot((v - vertices_[t.corners[0]]).cast<int64_t>());
-  }
-
-  const std::vector<Voxel>& vertices_;
-  std::vector<HullTriangle>& triangles_;
-  std::vector<std::pair<int, int>> rim_;
-};
 
 int64_t floorDivide(int64_t a, int64_t b) {  // b > 0
   return a >= 0 ? a / b : -((-a + b - 1) / b);
@@ -258,12 +143,10 @@ std::vector<Voxel> layeredCorners(const GridFrame& frame, const std::vector<Voxe
 /// Closed surface around voxels that span space.
 /// @param base four of the vertices that span it.
 std::vector<HullTriangle> surfaceAround(const std::vector<Voxel>& vertices, const std::array<int, 4>& base) {
-  std::vector<HullTriangle> triangles;
-  GrowingHull hull(vertices, triangles);
-  hull.begin(base);
-  std::size_t none = 0;
-  for (const int i : mixedOrder(vertices.size())) hull.add(i, none);
-  return triangles;
+  GrowingHull hull(vertices, base);
+  hull.add(0);
+  std::size_t kept;
+  return hull.triangles(kept);
 }
 
 /// Vertices in which three or more planes meet; others have ceased to be corners, or never were.
@@ -295,10 +178,8 @@ std::vector<Voxel> sharpCorners(const std::vector<Voxel>& vertices,
 std::vector<HullTriangle> hullTriangles(std::vector<Voxel>& voxels) {
   std::array<int, 4> base;
   if (!spanning(voxels, base)) return {};
-  std::vector<Voxel> corners;
-  for (const int i : QhullRun(voxels).corners()) corners.push_back(voxels[i]);
-  if (!spanning(corners, base)) return {};
-  voxels = std::move(corners);
+  voxels = sharpCorners(voxels, surfaceAround(voxels, base));
+  spanning(voxels, base);
   return surfaceAround(voxels, base);
 }
 
@@ -324,12 +205,19 @@ HullRows hullOfRows(const GridFrame& frame, const RowExtremes& rows) {
 }
 
 std::vector<HullRows::Before> HullRows::grow(const std::vector<Voxel>& added) {
-  std::size_t kept = triangles.size();
-  GrowingHull hull(vertices, triangles);
   const std::size_t old = vertices.size();
   const std::vector<Voxel> candidates = layeredCorners(frame, added);
   vertices.insert(vertices.end(), candidates.begin(), candidates.end());
-  for (const int i : mixedOrder(candidates.size())) hull.add(static_cast<int>(old) + i, kept);
+  std::array<int, 4> base;
+  std::size_t kept = 0;
+  if (candidates.size() * triangles.size() < kManyPairs) {
+    GrowingHull hull(vertices, triangles);
+    hull.add(static_cast<int>(old));
+    triangles = hull.triangles(kept);
+  } else {  // to look for a triangle below each would take longer than to begin anew
+    spanning(vertices, base);
+    triangles = surfaceAround(vertices, base);
+  }
   // What old triangles say of the rows below the new ones no longer holds.
   std::vector<Before> before;
   for (std::size_t i = kept; i < triangles.size(); ++i)
@@ -344,7 +232,6 @@ std::vector<HullRows::Before> HullRows::grow(const std::vector<Voxel>& added) {
         std::fill_n(low.begin() + row, count, INT_MIN);
     });
   for (std::size_t i = kept; i < triangles.size(); ++i) cutRows(*this, triangles[i]);
-  std::array<int, 4> base;
   vertices = sharpCorners(vertices, triangles);
   spanning(vertices, base);
   triangles = surfaceAround(vertices, base);
