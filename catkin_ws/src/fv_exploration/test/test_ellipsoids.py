@@ -7,7 +7,7 @@ import pytest
 from evaluation_oracles import FULL, R, covariance_ellipsoid, insert_random, new_map, partition, voxels_of
 from scipy import ndimage
 
-from fv_exploration import EvaluationConfig, Evaluator, cluster_voids
+from fv_exploration import EvaluationConfig, Evaluator, InputError, cluster_voids
 from fv_exploration.reference import plain_clusters
 
 
@@ -218,3 +218,19 @@ def test_tiles_cost_little_quality():
         numbers.append(len(ellipsoids))
     assert quality[0] > quality[1] - 0.05
     assert numbers[0] < 1.3 * numbers[1] + 3
+
+
+@pytest.mark.parametrize(
+    ("voxels", "resolution_m", "text"),
+    [
+        ([[0, 0, 0], [0, 0, 0]], R, "not in order at row 1"),
+        ([[1, 0, 0], [0, 0, 0]], R, "not in order at row 1"),
+        ([[32767, 0, 0], [32768, 0, 0]], R, "voxels is 32768; valid: -32768 to 32767"),
+        ([[0, 0, 0], [2000, 2000, 2000]], R, r"volume of the box around the voxels is 8.03\d*e\+09"),
+        ([[0, 0, 0]], 0.0, "resolution_m is 0"),
+        ([[0, 0, 0]], math.nan, "resolution_m is nan"),
+    ],
+)
+def test_voxels_that_cannot_be_clustered_are_named(voxels, resolution_m, text):
+    with pytest.raises(InputError, match=text):
+        cluster_voids(np.array(voxels, np.int32), EvaluationConfig(), resolution_m)

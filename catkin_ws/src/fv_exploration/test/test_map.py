@@ -120,10 +120,64 @@ def test_shares_and_counts_are_those_of_the_bounds():
     assert np.all(grid.classify([[3.0, 0, 0], [math.nan, 0, 0], [0, 0, -2.01]]) == -1)
 
 
+def ot_file(path, kind, payload, nodes):
+    header = f"# Octomap OcTree file\nid {kind}\nsize {nodes}\nres 0.1\ndata\n"
+    path.write_bytes(header.encode() + payload)
+    return str(path)
+
+
+def chain(depth, data):
+    """Payload of a tree that has one node on each level down to a depth."""
+    return (data + b"\x01") * depth + data + b"\x00"
+
+
+def test_a_leaf_near_the_root_is_filled_or_refused_but_never_walked_voxel_by_voxel(tmp_path):
+    value = np.float32(1.5).tobytes()
+    root = ot_file(tmp_path / "root.ot", "OcTree", chain(0, value), 1)  # one leaf of 65536^3 voxels
+    with pytest.raises(InputError, match="volume in voxels is"):
+        OccupancyMap.read(root)
+    bounded = MapConfig(resolution_m=R, bounds_min=(-1, -1, -1), bounds_max=(1, 1.2, 0.9))
+    assert OccupancyMap.read(root, bounded).known_share() == 1.0
+    grid = OccupancyMap.read(ot_file(tmp_path / "large.ot", "OcTree", chain(8, value), 9))
+    assert grid.counts()["occupied"] == 256**3
+    assert len(grid.full_data()) == 9 * 5
+
+
+def test_a_map_read_into_bounds_and_other_clamps_is_the_map_cut(tmp_path):
+    grid = cube_map()
+    path = str(tmp_path / "map.ot")
+    grid.write_ot(path)
+    bounds = {"bounds_min": (-0.7, -1.1, -0.4), "bounds_max": (0.9, 0.6, 1.3)}
+    cut = OccupancyMap.read(path, MapConfig(resolution_m=R, clamp_min=0.45, clamp_max=0.6, **bounds))
+    points = cut.voxels("unknown")
+    assert np.all(grid.classify(points) == -1)
+    for kind, value in (("free", 0), ("occupied", 1)):
+        points = cut.voxels(kind)
+        assert np.all(grid.classify(points) == value)
+        assert len(points) == cut.counts()[kind] > 20
+    again = str(tmp_path / "again.ot")
+    cut.write_ot(again)
+    assert OccupancyMap.read(again, cut.config).full_data() == cut.full_data()  # as pruned as can be
+
+
+def test_nodes_without_occupancy_and_utility_beyond_memory_are_refused(tmp_path):
+    damaged = ot_file(tmp_path / "nan.ot", "OcTree", chain(16, np.float32(math.nan).tobytes()), 17)
+    with pytest.raises(MapFileError, match=r"nan.ot: .*log odds is nan"):
+        OccupancyMap.read(damaged)
+    data = np.float32(0).tobytes() + np.float64(1).tobytes() + np.array([1, 0, 0], np.float32).tobytes()
+    huge = ot_file(tmp_path / "huge.ot", "UtilityOcTree", chain(6, data), 7)
+    with pytest.raises(MapFileError, match=r"huge.ot: has utility in 1.07\d*e\+09 voxels; valid: at most"):
+        read_utility_tree(huge)
+    points, _, _ = read_utility_tree(ot_file(tmp_path / "one.ot", "UtilityOcTree", chain(16, data), 17))
+    assert len(points) == 1
+
+
 @pytest.mark.parametrize(
     ("points", "transform", "text"),
     [
         (np.zeros((4, 2)), np.eye(4), "points_sensor"),
+        (np.zeros((0, 5)), np.eye(4), "points_sensor"),
+        (np.zeros((5, 0)), np.eye(4), "points_sensor"),
         (np.zeros((4, 3, 1)), np.eye(4), "points_sensor"),
         (np.zeros((4, 3)), np.eye(3), "transforms"),
         (np.zeros((4, 3)), np.diag([1, 1, 2.0, 1]), "T_map_sensor"),
@@ -146,6 +200,7 @@ def test_scans_of_the_wrong_shape_leave_the_map_alone(points, transform, text):
         {"prob_hit": 0.4},
         {"prob_miss": 0.6},
         {"clamp_min": 0.98},
+        {"dense_limit_mb": math.inf},
         {"bounds_min": (0, 0, 0), "bounds_max": (1, 1, -1)},
         {"bounds_min": (0, 0, 0)},
         {"bounds_min": (0, 0, math.nan), "bounds_max": (1, 1, 1)},
@@ -181,6 +236,28 @@ def test_utility_survives_its_file_and_pruning(tmp_path):
         file.truncate(200)
     with pytest.raises(MapFileError, match="cut off"):
         read_utility_tree(path)
+
+
+def test_the_utility_of_another_map_is_refused(tmp_path):
+    grid = cube_map()
+    evaluator = Evaluator(grid, EvaluationConfig())
+    evaluator.update()
+    utility = evaluator.utility(1.5)
+    for other in (OccupancyMap(MapConfig(resolution_m=R)), smaller_map()):
+        with pytest.raises(InputError, match="valid: utility of this map"):
+            write_utility_tree(other, utility, str(tmp_path / "utility.ot"))
+    for write in (write_utility_tree, write_color_tree):
+        with pytest.raises(InputError, match="resolution_m of the utility is 0.1; valid: 0.2"):
+            write(OccupancyMap(MapConfig(resolution_m=0.2)), utility, str(tmp_path / "utility.ot"))
+    assert not list(tmp_path.iterdir())
+    with pytest.raises(InputError, match="threads is -3"):
+        evaluator.utility(1.5, threads=-3)
+
+
+def smaller_map():
+    grid = OccupancyMap(MapConfig(resolution_m=R, bounds_min=(-0.5, -0.5, -0.5), bounds_max=(0.5, 0.5, 0.5)))
+    grid.insert_scan(np.array([[0.3, 0.1, 0.2]]), np.eye(4))
+    return grid
 
 
 def test_colours_are_a_color_octree(tmp_path):

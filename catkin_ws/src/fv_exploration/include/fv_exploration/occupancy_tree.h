@@ -40,18 +40,25 @@ class OccupancyTree : public octomap::OcTree {
   /// @return voxels whose class changed, in the order of the blocks; the same for any number of threads.
   std::vector<Change> apply(std::vector<MarkBlock>& blocks, int threads);
 
+  /// Give a box of voxels, ends included, of which nothing is known yet, log odds; they are clamped.
+  /// @return what its voxels are then.
+  Class fillBox(const Voxel& min, const Voxel& max, float log_odds);
+
   Class classOf(const octomap::OcTreeNode* node) const;
   octomap::OcTreeKey key(const Voxel& v) const;
 
  private:
   struct Task;
   struct Descent;
+  bool makeRoot();
   void open(octomap::OcTreeNode* node, bool created, Descent& descent, int begin, int end, int depth);
   void close(octomap::OcTreeNode* node, const Descent& descent, int begin, int end, int depth);
   octomap::OcTreeNode* child(octomap::OcTreeNode* node, bool node_created, int i, bool& created);
   bool settled(const octomap::OcTreeNode* node, const uint8_t* marks, int count) const;
   void update(octomap::OcTreeNode* node, bool created, const uint8_t* marks, int count, const Voxel& corner,
               std::vector<Change>& changes);
+  void fillBelow(octomap::OcTreeNode* node, bool created, const Voxel& low, int edge, const Voxel& min,
+                 const Voxel& max, float log_odds);
   void updateLeaf(octomap::OcTreeNode* node, bool created, uint8_t mark, const Voxel& voxel,
                   std::vector<Change>& changes);
 };

@@ -49,6 +49,7 @@ class UtilityOcTree : public octomap::OccupancyOcTreeBase<UtilityOcTreeNode> {
 };
 
 /// The map's occupancy with the utilities of its voxels; lossless, and as pruned as that allows.
+/// @throws InputError when the map does not know such a voxel: the utility is of another one.
 std::unique_ptr<UtilityOcTree> utilityTree(const OccupancyMap& map, const Utility& utility);
 
 /// Write and read a .ot file of a UtilityOcTree. @throws MapFileError.

@@ -1,6 +1,6 @@
 #include <pybind11/eval.h>
 
-#include <algorithm>
+#include <cmath>
 
 #include "bindings.h"
 #include "fv_exploration/evaluator.h"
@@ -134,6 +134,21 @@ void bindResult(py::module_& m) {
           "timings", [](const PyEvaluation& e) { return e.result().timings; }, "Seconds.");
 }
 
+/// @throws InputError unless each is there once, in order, within OctoMap's keys.
+std::vector<Voxel> orderedVoxels(const Voxels& voxels) {
+  std::vector<Voxel> out;
+  out.reserve(voxels.rows());
+  for (Eigen::Index i = 0; i < voxels.rows(); ++i) {
+    const Voxel v = voxels.row(i);
+    for (const int c : v) require(c >= -kKeyOffset && c < kKeyOffset, "voxels", c, "-32768 to 32767");
+    if (!out.empty() && voxelId(v) <= voxelId(out.back()))
+      throw InputError("voxels are not in order at row " + std::to_string(i) +
+                       "; valid: each once, ascending with z, then y, then x");
+    out.push_back(v);
+  }
+  return out;
+}
+
 py::tuple hullOf(const Evaluator& e) {
   Voxels vertices(e.hull().vertices.size(), 3), triangles(e.hull().triangles.size(), 3);
   for (std::size_t i = 0; i < e.hull().vertices.size(); ++i) vertices.row(i) = e.hull().vertices[i];
@@ -173,12 +188,9 @@ void bindEvaluation(py::module_& m) {
   m.def(
       "cluster_voids",
       [](const Voxels& voxels, const EvaluationConfig& config, double resolution_m) {
-        std::vector<Voxel> list;
-        list.reserve(voxels.rows());
-        for (Eigen::Index i = 0; i < voxels.rows(); ++i) list.push_back(voxels.row(i));
-        const auto less = [](const Voxel& a, const Voxel& b) { return voxelId(a) < voxelId(b); };
-        if (!std::is_sorted(list.begin(), list.end(), less))
-          throw InputError("voxels are not in order; valid: each once, ascending with z, then y, then x");
+        const std::vector<Voxel> list = orderedVoxels(voxels);
+        require(resolution_m > 0 && std::isfinite(resolution_m), "resolution_m", resolution_m,
+                "above 0, finite");
         const EllipsoidModel model{resolution_m, config.literal_formula};
         std::vector<int> labels;
         std::vector<Ellipsoid> ellipsoids;

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cmath>
+#include <sstream>
 
 #include "bindings.h"
 #include "fv_exploration/utility_tree.h"
@@ -21,6 +23,14 @@ PyUtility accumulate(const Evaluator& evaluator, double max_range_m, int64_t max
   return out;
 }
 
+void requireSameVoxels(const OccupancyMap& map, const PyUtility& u) {
+  if (map.resolution() == u.resolution_m) return;
+  std::ostringstream text;
+  text << "resolution_m of the utility is " << u.resolution_m << "; valid: " << map.resolution()
+       << ", that of the map";
+  throw InputError(text.str());
+}
+
 PointsF directions(const PyUtility& u) {
   PointsF out(u.data.direction.size(), 3);
   for (std::size_t i = 0; i < u.data.direction.size(); ++i) out.row(i) = u.data.direction[i];
@@ -40,14 +50,24 @@ py::array_t<int> best(const PyUtility& u, int count, double radius_m,
   return toArray(bestViews(u.data, u.resolution_m, mask, count, radius_m));
 }
 
+constexpr double kMostVoxels = 1 << 27;
+
 struct Leaf {
   Voxel voxel;
   double utility;
   Eigen::Vector3f direction;
 };
 
-std::vector<Leaf> leavesWithUtility(const UtilityOcTree& tree) {
+std::vector<Leaf> leavesWithUtility(const UtilityOcTree& tree, const std::string& path) {
   std::vector<Leaf> out;
+  double voxels = 0;  // a node near the root would stand for more of them than there is memory
+  for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf)
+    if (leaf->utility != 0) voxels += std::pow(8.0, 16 - leaf.getDepth());
+  if (voxels > kMostVoxels) {
+    std::ostringstream text;
+    text << path << ": has utility in " << voxels << " voxels; valid: at most " << kMostVoxels;
+    throw MapFileError(text.str());
+  }
   for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) {
     if (leaf->utility == 0) continue;
     const int edge = 1 << (16 - leaf.getDepth());
@@ -64,7 +84,7 @@ std::vector<Leaf> leavesWithUtility(const UtilityOcTree& tree) {
 
 py::tuple readTree(const std::string& path) {
   const std::unique_ptr<UtilityOcTree> tree = readUtilityTree(path);
-  const std::vector<Leaf> found = leavesWithUtility(*tree);
+  const std::vector<Leaf> found = leavesWithUtility(*tree, path);
   PointsF points(found.size(), 3), direction(found.size(), 3);
   std::vector<double> utility;
   for (std::size_t i = 0; i < found.size(); ++i) {
@@ -99,6 +119,7 @@ void bindUtility(py::module_& m) {
   m.def(
       "write_utility_tree",
       [](const OccupancyMap& map, const PyUtility& u, const std::string& path) {
+        requireSameVoxels(map, u);
         writeUtilityTree(*utilityTree(map, u.data), path);
       },
       py::arg("map"), py::arg("utility"), py::arg("path"),
@@ -111,6 +132,7 @@ void bindUtility(py::module_& m) {
   m.def(
       "write_color_tree",
       [](const OccupancyMap& map, const PyUtility& u, const std::string& path, bool obstacles) {
+        requireSameVoxels(map, u);
         writeColorTree(map, u.data, obstacles, path);
       },
       py::arg("map"), py::arg("utility"), py::arg("path"), py::arg("with_obstacles") = true,

@@ -15,7 +15,7 @@ std::vector<Eigen::Matrix4d> toMatrices(
 }
 
 Points toPoints(const py::array_t<double, py::array::c_style | py::array::forcecast>& a, const char* name) {
-  if (a.size() == 0) return Points(0, 3);
+  if (a.ndim() == 1 && a.size() == 0) return Points(0, 3);  // an empty list
   if (a.ndim() != 2 || a.shape(1) != 3)
     throw InputError(std::string(name) + " has " + std::to_string(a.ndim()) + " dimensions, the last of " +
                      std::to_string(a.ndim() ? a.shape(a.ndim() - 1) : 0) + "; valid: shape (N, 3)");

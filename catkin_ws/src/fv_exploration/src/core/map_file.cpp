@@ -1,5 +1,8 @@
 #include "fv_exploration/map_file.h"
 
+#include <algorithm>
+#include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -58,7 +61,11 @@ class Walk {
   Walk(const MapFile& file, std::size_t payload_bytes) : file_(file), payload_bytes_(payload_bytes) {}
 
   void full(int depth = 0) {
+    const std::size_t payload = at_;
     take(payload_bytes_);
+    float log_odds;  // what a node begins with
+    std::memcpy(&log_odds, file_.payload.data() + payload, sizeof(log_odds));
+    if (std::isnan(log_odds)) file_.fail("has a node without occupancy (log odds is nan): damaged");
     const unsigned children = take(1);
     enter(depth, children != 0);
     for (int i = 0; i < 8; ++i)
@@ -125,8 +132,9 @@ MapFile checkedBt(const std::string& path) {
 
 }  // namespace
 
-double checkOtFile(const std::string& path, const std::string& id, std::size_t payload_bytes) {
-  return checkedOt(path, id, payload_bytes).resolution_m;
+OtFile readOtFile(const std::string& path, const std::string& id, std::size_t payload_bytes) {
+  MapFile file = checkedOt(path, id, payload_bytes);
+  return {file.resolution_m, file.nodes, std::move(file.payload)};
 }
 
 std::unique_ptr<octomap::OcTree> readOcTree(const std::string& path) {
@@ -160,31 +168,28 @@ std::unique_ptr<OccupancyMap> OccupancyMap::read(const std::string& path, const 
 
 /// Take over the leaves of a tree, cut to the bounds, with their log odds.
 void OccupancyMap::adopt(const octomap::OcTree& tree) {
-  std::vector<Change> changes;
+  std::vector<std::pair<VoxelBox, float>> leaves;
+  VoxelBox all{Voxel::Constant(kKeyOffset), Voxel::Constant(-kKeyOffset)};
   for (auto leaf = tree.begin_leafs(); leaf != tree.end_leafs(); ++leaf) {
     const int edge = 1 << (tree.getTreeDepth() - leaf.getDepth());
     const octomap::OcTreeKey key = leaf.getIndexKey();
     const Voxel low(key[0] - kKeyOffset, key[1] - kKeyOffset, key[2] - kKeyOffset);
-    const Voxel first = low.cwiseMax(bounds_.min);
-    const Voxel last = (low + Voxel::Constant(edge - 1)).cwiseMin(bounds_.max);
-    for (int z = first.z(); z <= last.z(); ++z)
-      for (int y = first.y(); y <= last.y(); ++y)
-        for (int x = first.x(); x <= last.x(); ++x) {
-          tree_->setNodeValue(tree_->key({x, y, z}), leaf->getLogOdds(), true);
-          changes.push_back({{x, y, z}, kUnknown, kUnknown});
-        }
+    const VoxelBox box{low.cwiseMax(bounds_.min), (low + Voxel::Constant(edge - 1)).cwiseMin(bounds_.max)};
+    if ((box.min.array() > box.max.array()).any()) continue;
+    leaves.emplace_back(box, leaf->getLogOdds());
+    all = {all.min.cwiseMin(box.min), all.max.cwiseMax(box.max)};
   }
-  if (changes.empty()) return;
-  tree_->updateInnerOccupancy();
-  tree_->prune();
-  Voxel min = changes[0].voxel, max = min;
-  for (Change& c : changes) {
-    min = min.cwiseMin(c.voxel);
-    max = max.cwiseMax(c.voxel);
-    c.after = tree_->classOf(tree_->search(tree_->key(c.voxel)));
+  if (leaves.empty()) return;
+  if (!bounded()) makeRoom(all.min, all.max);  // first: a leaf near the root may be too large for any map
+  ++sequence_;
+  for (const auto& [box, log_odds] : leaves) {
+    const Class known = tree_->fillBox(box.min, box.max, log_odds);
+    const Voxel size = box.max - box.min + Voxel::Ones();
+    for (int z = box.min.z(); z <= box.max.z(); ++z)
+      for (int y = box.min.y(); y <= box.max.y(); ++y)
+        std::fill_n(classes_.begin() + frame_.index({box.min.x(), y, z}), size.x(), known);
+    counts_[known] += size.cast<int64_t>().prod();
   }
-  if (!bounded()) makeRoom(min, max);
-  finish(std::move(changes), {});
 }
 
 std::string OccupancyMap::binaryData() const {

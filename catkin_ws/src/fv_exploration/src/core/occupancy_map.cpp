@@ -45,7 +45,7 @@ void MapConfig::validate() const {
   require(occupancy_threshold >= clamp_min && occupancy_threshold <= clamp_max, "occupancy_threshold",
           occupancy_threshold, "clamp_min to clamp_max");
   require(threads >= 0 && threads <= 256, "threads", threads, "0 (all cores) to 256");
-  require(dense_limit_mb >= 0, "dense_limit_mb", dense_limit_mb, "0 or more");
+  require(dense_limit_mb >= 0 && dense_limit_mb <= 1e9, "dense_limit_mb", dense_limit_mb, "0 to 1e9");
   require(bounds_min.has_value() == bounds_max.has_value(), "bounds",
           bounds_min ? "a minimum without a maximum" : "a maximum without a minimum", "both corners or none");
   if (!bounds_min) return;

@@ -148,6 +148,39 @@ void OccupancyTree::update(OcTreeNode* node, bool created, const uint8_t* marks,
   if (!pruneNode(node)) node->updateOccupancyChildren();
 }
 
+Class OccupancyTree::fillBox(const Voxel& min, const Voxel& max, float log_odds) {
+  const float clamped = std::clamp(log_odds, clamping_thres_min, clamping_thres_max);
+  const bool new_root = makeRoot();
+  fillBelow(root, new_root, Voxel::Constant(-kKeyOffset), 2 * kKeyOffset, min, max, clamped);
+  return clamped >= occ_prob_thres_log ? kOccupied : kFree;
+}
+
+/// @param low lowest voxel of the node, @param edge of it in voxels.
+void OccupancyTree::fillBelow(OcTreeNode* node, bool created, const Voxel& low, int edge, const Voxel& min,
+                              const Voxel& max, float log_odds) {
+  if ((low.array() >= min.array()).all() && (low.array() + (edge - 1) <= max.array()).all()) {
+    node->setLogOdds(log_odds);
+    return;
+  }
+  const int half = edge / 2;
+  for (int i = 0; i < 8; ++i) {
+    const Voxel part = low + half * Voxel(i & 1, i >> 1 & 1, i >> 2);
+    if ((part.array() > max.array()).any() || (part.array() + (half - 1) < min.array()).any()) continue;
+    bool child_created;
+    OcTreeNode* next = child(node, created, i, child_created);
+    fillBelow(next, child_created, part, half, min, max, log_odds);
+  }
+  if (!pruneNode(node)) node->updateOccupancyChildren();
+}
+
+/// @return whether there was none before.
+bool OccupancyTree::makeRoot() {
+  if (root) return false;
+  root = new OcTreeNode();
+  tree_size++;
+  return size_changed = true;
+}
+
 std::vector<Change> OccupancyTree::apply(std::vector<MarkBlock>& blocks, int threads) {
   if (blocks.empty()) return {};
   std::sort(blocks.begin(), blocks.end(),
@@ -156,11 +189,7 @@ std::vector<Change> OccupancyTree::apply(std::vector<MarkBlock>& blocks, int thr
   for (const MarkBlock& b : blocks) descent.codes.push_back(mortonOf(b.block));
   const int count = static_cast<int>(blocks.size());
   descent.tasks.resize(count);
-  const bool new_root = !root;
-  if (new_root) {
-    root = new OcTreeNode();
-    tree_size++;
-  }
+  const bool new_root = makeRoot();
   open(root, new_root, descent, 0, count, 0);
   // Nodes belong to no tree: workers below disjoint nodes count what they create in a tree of their own.
   std::vector<std::unique_ptr<OccupancyTree>> counters;

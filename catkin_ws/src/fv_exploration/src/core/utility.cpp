@@ -170,6 +170,7 @@ class Algorithm1 {
 
 Utility accumulateUtility(const Evaluator& evaluator, double max_range_m, int64_t max_rays, int threads) {
   require(max_rays >= 0, "max_rays", max_rays, "0 (all) or more");
+  require(threads >= 0 && threads <= 256, "threads", threads, "0 (all cores) to 256");
   require(max_range_m > 0 && std::isfinite(max_range_m), "max_range_m", max_range_m, "above 0, finite");
   return Algorithm1(evaluator, max_range_m, max_rays, threadCount(threads)).run();
 }

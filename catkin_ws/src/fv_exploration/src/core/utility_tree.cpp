@@ -85,9 +85,12 @@ std::unique_ptr<UtilityOcTree> utilityTree(const OccupancyMap& map, const Utilit
   tree->copyOccupancy(map.tree());
   UtilityOcTreeNode data;
   for (std::size_t i = 0; i < utility.voxels.size(); ++i) {
+    const octomap::OcTreeKey key = map.tree().key(utility.voxels[i]);
+    if (!map.tree().search(key))
+      throw InputError("utility has a voxel that the map does not know; valid: utility of this map");
     data.utility = utility.utility[i];
     data.direction = utility.direction[i];
-    setBelow(*tree, tree->getRoot(), map.tree().key(utility.voxels[i]), 0, data);
+    setBelow(*tree, tree->getRoot(), key, 0, data);
   }
   tree->prune();
   return tree;
@@ -96,13 +99,10 @@ std::unique_ptr<UtilityOcTree> utilityTree(const OccupancyMap& map, const Utilit
 void writeUtilityTree(const UtilityOcTree& tree, const std::string& path) { writeTree(tree, path); }
 
 std::unique_ptr<UtilityOcTree> readUtilityTree(const std::string& path) {
-  auto tree =
-      std::make_unique<UtilityOcTree>(checkOtFile(path, "UtilityOcTree", UtilityOcTreeNode::kPayloadBytes));
-  std::ifstream stream(path, std::ios::binary);
-  std::string line;
-  bool empty = false;
-  while (std::getline(stream, line) && line != "data") empty |= line == "size 0";
-  if (!empty) tree->readData(stream);
+  const OtFile file = readOtFile(path, "UtilityOcTree", UtilityOcTreeNode::kPayloadBytes);
+  auto tree = std::make_unique<UtilityOcTree>(file.resolution_m);
+  std::istringstream stream(file.payload);
+  if (file.nodes > 0) tree->readData(stream);
   return tree;
 }
 

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "candidate_queue.h"
+#include "fv_exploration/errors.h"
 
 namespace fv {
 
@@ -295,6 +296,8 @@ struct LabelBox {
       max = max.cwiseMax(v);
     }
     const Voxel dims = max - min + Voxel::Constant(3);
+    const double cells = dims.cast<double>().prod();
+    require(cells < 2147483648.0, "volume of the box around the voxels", cells, "below 2^31");
     cell.assign(static_cast<std::size_t>(dims.x()) * dims.y() * dims.z(), kNone);
     at.reserve(voxels.size());
     for (const Voxel& v : voxels) {
