@@ -19,7 +19,10 @@ from geometry_msgs.msg import Point
 from progress import Progress, bar
 from ros_session import RosSession, SessionError
 
+from capability_map import default_map_path
+from capability_map.robots import load_arm
 from fv_exploration.explore_config import ExploreConfig
+from fv_robot_model.ik import make_ik_solver
 from hubo_description import RobotDescriptionError, load_robot
 from hubo_description.schema import from_mapping
 from hubo_sim.errors import SimError
@@ -32,6 +35,7 @@ STATUS_NAMES = {
 }
 RECORDING = "recording.bag"
 VIDEO = "scene.gif"
+ITERATIVE = "kdl"  # the family of inverse kinematics that knows no closed form
 CANCEL_TIMEOUT_S = 60.0
 PICTURE_TIMEOUT_S = 60.0
 
@@ -77,6 +81,7 @@ class ExplorationNodes:
     def __init__(self, arguments: argparse.Namespace) -> None:
         self._arguments = arguments
         self._session: RosSession | None = None
+        self.has_capability_map = False
         self.config = read_config(arguments)
         try:
             self.robot = load_robot(arguments.robot)
@@ -91,12 +96,14 @@ class ExplorationNodes:
         """Start every node; results go to the folder."""
         self._session = session
         arguments = self._arguments
-        self._require_capability_map(progress)
+        self.has_capability_map = self._require_capability_map(progress)
         rospy.set_param("/use_sim_time", True)  # before the node: it asks once
         rospy.init_node("explore_script", anonymous=True, disable_signals=True)
         rospy.set_param("/fv_exploration/config", self.config)
         rospy.set_param("/fv_exploration/out_dir", str(folder))
         session.run_once("hubo_description", "upload_robot", "--robot", arguments.robot)
+        if not self.has_capability_map:
+            rospy.set_param("/robot/exploration/capability_group", "")
         session.rosrun("robot_state_publisher", "robot_state_publisher")
         session.rosrun(
             "hubo_sim",
@@ -173,6 +180,7 @@ class ExplorationNodes:
             "resolution_m": self.config["map"]["resolution_m"],
             "bounds_min": list(map(float, bounds.min_m)),
             "bounds_max": list(map(float, bounds.max_m)),
+            "capability_map": self.has_capability_map,
             "config": self.config,
             "versions": self._versions(),
         }
@@ -196,18 +204,32 @@ class ExplorationNodes:
             return "unknown (git is not installed)"
         return described.stdout.strip() or "unknown (no git repository)"
 
-    def _require_capability_map(self, progress: Progress) -> None:
-        """Build the arm's capability map where set-up has not done so."""
-        exploration = self.robot.config.exploration
-        if not exploration.capability_group:
-            return
-        progress.say(f"capability map of {self.robot.name}'s {exploration.capability_group}")
+    def _require_capability_map(self, progress: Progress) -> bool:
+        """Build the arm's capability map where set-up has not done so; False when it is to be done without one."""
+        group = self.robot.config.exploration.capability_group
+        if not group:
+            return False
+        if self._would_take_hours(group):
+            progress.say(
+                f"{self.robot.name}'s {group} has no closed-form inverse kinematics, so its capability map would take "
+                f"hours (rosrun capability_map build --robot {self._arguments.robot}); views are drawn without one"
+            )
+            return False
+        progress.say(f"capability map of {self.robot.name}'s {group}")
         self._session.run_once(
             "capability_map",
             "build",
-            *("--robot", self._arguments.robot, "--group", exploration.capability_group, "--coarse"),
+            *("--robot", self._arguments.robot, "--group", group, "--coarse"),
             watch=lambda node: progress.show(f"  {node.last_lines(1).strip()}"),
         )
+        return True
+
+    def _would_take_hours(self, group: str) -> bool:
+        """True for an arm without a map whose every pose is sought by iteration: tenths of a second each."""
+        if default_map_path(self.robot.name, group).exists():
+            return False
+        model = load_arm(self._arguments.robot, group).model()
+        return make_ik_solver(model, group).family == ITERATIVE
 
     def _goal(self) -> ExploreGoal:
         bounds = self.world.bounds

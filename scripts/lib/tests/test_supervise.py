@@ -28,6 +28,15 @@ def supervise(*command: str, cwd: Path) -> subprocess.Popen:
     return subprocess.Popen([sys.executable, str(SUPERVISE), *command], cwd=cwd, start_new_session=True)
 
 
+def code_of(*command: str, cwd: Path) -> int:
+    """The exit code of a supervised command that ends soon."""
+    top = supervise(*command, cwd=cwd)
+    try:
+        return top.wait(30)
+    finally:
+        top.kill()
+
+
 def runs(pid: int) -> bool:
     """True for a process that is neither gone nor a zombie."""
     try:
@@ -82,11 +91,11 @@ def test_a_closed_terminal_reaches_a_whole_group_and_ends_all(family):
 
 @pytest.mark.parametrize("code", [0, 3])
 def test_the_exit_code_is_that_of_the_command(code, tmp_path):
-    assert supervise("sh", "-c", f"exit {code}", cwd=tmp_path).wait(20) == code
+    assert code_of("sh", "-c", f"exit {code}", cwd=tmp_path) == code
 
 
 def test_what_a_finished_command_left_behind_is_ended(tmp_path):
-    assert supervise("sh", "-c", "setsid sleep 300 & echo $! >left", cwd=tmp_path).wait(20) == 0
+    assert code_of("sh", "-c", "setsid sleep 300 & echo $! >left", cwd=tmp_path) == 0
     assert not runs(int((tmp_path / "left").read_text()))
 
 
@@ -111,5 +120,5 @@ def test_one_ctrl_c_is_one_interrupt(tmp_path):
 def test_what_ignores_being_terminated_is_killed(tmp_path):
     stubborn = "trap '' TERM; echo $$ >left; sleep 300"
     command = f'setsid bash -c "{stubborn}" & until [ -s left ]; do sleep 0.02; done'.replace("$$", r"\$\$")
-    assert supervise("bash", "-c", command, cwd=tmp_path).wait(30) == 0
+    assert code_of("bash", "-c", command, cwd=tmp_path) == 0
     assert not runs(int((tmp_path / "left").read_text()))
