@@ -247,7 +247,7 @@ def test_the_utility_of_another_map_is_refused(tmp_path):
         with pytest.raises(InputError, match="valid: utility of this map"):
             write_utility_tree(other, utility, str(tmp_path / "utility.ot"))
     for write in (write_utility_tree, write_color_tree):
-        with pytest.raises(InputError, match="resolution_m of the utility is 0.1; valid: 0.2"):
+        with pytest.raises(InputError, match=r"resolution_m of the utility is 0.1; valid: 0.2"):
             write(OccupancyMap(MapConfig(resolution_m=0.2)), utility, str(tmp_path / "utility.ot"))
     assert not list(tmp_path.iterdir())
     with pytest.raises(InputError, match="threads is -3"):

@@ -18,7 +18,7 @@ struct LargePages {
 
   T* allocate(std::size_t count) {
     const std::size_t bytes = count * sizeof(T);
-    if (bytes < kLarge) return static_cast<T*>(::operator new(bytes));
+    if (bytes < kLarge) return static_cast<T*>(::operator new (bytes, std::align_val_t{alignof(T)}));
     const std::size_t pages = (bytes + kPage - 1) / kPage * kPage;
     void* memory = std::aligned_alloc(kPage, pages);
     if (!memory) throw std::bad_alloc();
@@ -26,7 +26,10 @@ struct LargePages {
     return static_cast<T*>(memory);
   }
   void deallocate(T* memory, std::size_t count) {
-    count * sizeof(T) < kLarge ? ::operator delete(memory) : std::free(memory);
+    if (count * sizeof(T) < kLarge)
+      ::operator delete (memory, std::align_val_t{alignof(T)});
+    else
+      std::free(memory);
   }
   bool operator==(const LargePages&) const { return true; }
   bool operator!=(const LargePages&) const { return false; }

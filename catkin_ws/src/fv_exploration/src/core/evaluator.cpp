@@ -167,6 +167,7 @@ void Evaluator::noteRow(const Voxel& start, unsigned appeared, unsigned vanished
     note(__builtin_ctz(appeared), true);
     if (appeared & (appeared - 1)) note(31 - __builtin_clz(appeared), true);
   }
+  if (!vanished) return;  // else the row has ends
   vanished &= unsigned{intervalRow(start.x(), low, low)} | intervalRow(start.x(), high, high);
   for (; vanished; vanished &= vanished - 1) note(__builtin_ctz(vanished), false);
 }

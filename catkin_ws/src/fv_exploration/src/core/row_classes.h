@@ -43,10 +43,11 @@ struct RowClasses {
   uint8_t bytes_[kTile];
 };
 
-/// Bits of a tile's row from x = start that lie within [low, high].
+/// Bits of a tile's row from x = start that lie within [low, high]; low > high: none.
 inline uint16_t intervalRow(int start, int low, int high) {
+  if (low > high) return 0;  // first: of an empty row these may be the extremes of int
   const int from = std::max(low - start, 0), to = std::min(high - start, kTile - 1);
-  if (low > high || from > to) return 0;
+  if (from > to) return 0;
   return static_cast<uint16_t>(((2u << to) - 1) & ~((1u << from) - 1));
 }
 
