@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from interrupts import INTERRUPTED, interrupt_on_signals
+from interrupts import interrupt_on_signals, leave
 
 ROOT = Path(__file__).resolve().parents[2]
 COLUMNS = (
@@ -118,8 +118,7 @@ def main() -> int:
         kept = (
             f"; the rows so far are in {arguments.json}" if arguments.json and arguments.json.exists() else ""
         )
-        print(f"bench: interrupted{kept}", file=sys.stderr)
-        return INTERRUPTED
+        leave(f"bench: interrupted{kept}")
 
 
 if __name__ == "__main__":
