@@ -177,7 +177,7 @@ def path(joints: int = 3, points: int = 20) -> PlannedPath:
         Pose(Point(0.6 * np.cos(a), 0.6 * np.sin(a), 0.3 + 0.2 * a), Quaternion(0, 0, 0, 1))
         for a in way.sum(axis=1)
     ]
-    return PlannedPath(HEADER, 1, trajectory, tips)
+    return PlannedPath(header=HEADER, map_sequence=1, trajectory=trajectory, tip_poses=tips)
 
 
 def contacts(touching: bool) -> Contacts:

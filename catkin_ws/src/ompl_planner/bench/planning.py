@@ -13,6 +13,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from ompl_planner import _core
 from planning_lengths import length_row
 from planning_setup import PLAIN, Bench, row, spread
 from planning_states import State, place, queries, record
@@ -45,7 +46,7 @@ def solve_plain(bench: Bench, poses: list[np.ndarray], scores: list[float]) -> t
         begin = time.perf_counter()
         plan = bench.plain.solve(bench.request)
         seconds += time.perf_counter() - begin - dict(plan["stages"]).get("judge", 0.0)
-        if plan["status"] == 0:
+        if plan["status"] == _core.PlanStatus.SUCCESS:
             return True, seconds
     return False, seconds
 
@@ -62,7 +63,7 @@ def solve_fast(bench: Bench, poses: list[np.ndarray], scores: list[float]) -> tu
 def path_exists(bench: Bench) -> bool:
     """Does the fast planner find a path for the request with a budget of 60 s?"""
     bench.request.time_budget_s = 60.0
-    found = bench.fast.solve(bench.request)["status"] == 0
+    found = bench.fast.solve(bench.request)["status"] == _core.PlanStatus.SUCCESS
     bench.request.time_budget_s = 5.0
     return found
 
@@ -83,7 +84,7 @@ def run_queries(bench: Bench, states: list[State], count: int, seed: int) -> Out
         out.plain_s.append(seconds)
         plan, seconds = solve_fast(bench, poses, scores)
         out.fast_s.append(seconds)
-        found = plan["status"] == 0
+        found = plan["status"] == _core.PlanStatus.SUCCESS
         out.solved += found
         out.plain_solved += plain_found
         out.exists += found or plain_found or (plan["goal_states"] > 0 and path_exists(bench))

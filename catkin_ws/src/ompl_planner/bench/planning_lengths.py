@@ -15,7 +15,7 @@ def best_of_rrtstar(planner: _core.MotionPlanner, request: _core.PlanRequest, ru
     for seed in range(runs):
         request.seed = seed + 1
         plan = planner.solve(request)
-        if plan["status"] == 0:
+        if plan["status"] == _core.PlanStatus.SUCCESS:
             lengths.append(plan["path_length"])
     return min(lengths)
 
@@ -37,7 +37,7 @@ def length_row(bench: Bench, count: int, runs: int, seconds: float) -> dict:
         request.goal_joints = list(zip(bench.joints, goal.tolist(), strict=True))
         request.planner, request.seed, request.time_budget_s = "", 1, 5.0
         ours = bench.fast.solve(request)
-        if ours["status"] != 0 or len(ours["waypoints"]) < 3:
+        if ours["status"] != _core.PlanStatus.SUCCESS or len(ours["waypoints"]) < 3:
             continue
         request.planner, request.time_budget_s = "RRTstar", seconds
         best = best_of_rrtstar(patient, request, runs)

@@ -126,7 +126,9 @@ class Recorder:
         request.goal_scores = list(map(float, scores))
         request.seed = seed % 2**32
         plan = self._bench.fast.solve(request)
-        return Plan(plan if plan["status"] == 0 else None, plan["goal_index"], plan["message"])
+        return Plan(
+            plan if plan["status"] == _core.PlanStatus.SUCCESS else None, plan["goal_index"], plan["message"]
+        )
 
     def execute(self, plan: Plan) -> str:
         end = plan.trajectory["trajectory"]["positions"][-1]

@@ -47,7 +47,7 @@ MapSnapshot snapshot(const py::bytes& payload, double resolution_m, std::uint64_
 
 py::dict resultToDict(const PlanResult& result) {
   using namespace py::literals;
-  return py::dict("status"_a = static_cast<int>(result.status), "message"_a = result.message,
+  return py::dict("status"_a = result.status, "message"_a = result.message,
                   "joint_names"_a = result.joint_names, "trajectory"_a = trajectoryToDict(result.trajectory),
                   "waypoints"_a = rowsFromPath(result.waypoints), "goal_index"_a = result.goal_index,
                   "map_sequence"_a = result.map_sequence, "path_length"_a = result.path_length,
@@ -93,6 +93,19 @@ void bindRequest(py::module_& m) {
       .value("JOINTS", GoalType::Joints)
       .value("NAMED", GoalType::Named)
       .value("POSES", GoalType::Poses);
+  py::enum_<PlanStatus>(m, "PlanStatus", "How planning ended, as fv_msgs/PlanMotion names it.")
+      .value("SUCCESS", PlanStatus::Success)
+      .value("INVALID_REQUEST", PlanStatus::InvalidRequest)
+      .value("START_IN_COLLISION", PlanStatus::StartInCollision)
+      .value("START_IN_UNKNOWN", PlanStatus::StartInUnknown)
+      .value("NO_IK_SOLUTION", PlanStatus::NoIkSolution)
+      .value("GOALS_IN_COLLISION", PlanStatus::GoalsInCollision)
+      .value("NO_PATH", PlanStatus::NoPath)
+      .value("NO_MAP", PlanStatus::NoMap)
+      .value("MAP_TOO_OLD", PlanStatus::MapTooOld)
+      .value("NO_JOINT_STATES", PlanStatus::NoJointStates)
+      .value("CANCELLED", PlanStatus::Cancelled)
+      .value("INTERNAL_ERROR", PlanStatus::InternalError);
   py::enum_<UnknownSpace>(m, "UnknownSpace")
       .value("OBSTACLE", UnknownSpace::Obstacle)
       .value("FREE", UnknownSpace::Free)

@@ -10,7 +10,6 @@ from typing import Any
 
 import actionlib
 import rospy
-from actionlib import CommState
 from fakes import FakeMap, FakeRobot
 from fv_msgs.msg import (
     ExecuteMotionAction,
@@ -60,9 +59,11 @@ def is_connected(client: actionlib.ActionClient) -> bool:
 
 
 def answer(handle: actionlib.ClientGoalHandle) -> Any:
-    """The result of a goal. Polls its handle: SimpleActionClient loses answers faster than its send_goal."""
-    wait_for(lambda: handle.get_comm_state() == CommState.DONE, "an answer")
-    return handle.get_result()
+    """The result of a goal, polled: SimpleActionClient loses answers faster than its send_goal.
+
+    The handle's state will not do: a cancel that crosses the answer takes it back from DONE for ever.
+    """
+    return wait_for(handle.get_result, "an answer")
 
 
 def start_positions() -> dict[str, float]:

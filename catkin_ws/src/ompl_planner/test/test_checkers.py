@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from ompl_planner import _core
 from planning_setup import make_bench, random_views
 
 
@@ -33,7 +34,7 @@ def test_equal_requests_give_equal_plans(bench):
     bench.request.set_goal_poses(poses)
     bench.request.goal_scores = scores
     first, second = (bench.fast.solve(bench.request) for _ in range(2))
-    assert first["status"] == 0, first["message"]
+    assert first["status"] == _core.PlanStatus.SUCCESS, first["message"]
     np.testing.assert_array_equal(first["trajectory"]["positions"], second["trajectory"]["positions"])
     assert bench.fast.judge(bench.request, first["trajectory"]) == ""
     assert first["clearance_m"] > 0.005

@@ -5,8 +5,10 @@ import pytest
 from ompl_planner import _core
 from planar_arm import make_planner, make_request, pillar
 
-SUCCESS, INVALID, START_HIT, START_UNKNOWN, NO_IK, GOALS_HIT, NO_PATH, NO_MAP = range(8)
-CANCELLED = 10
+Status = _core.PlanStatus
+SUCCESS, NO_PATH, NO_MAP, CANCELLED = Status.SUCCESS, Status.NO_PATH, Status.NO_MAP, Status.CANCELLED
+INVALID, NO_IK, GOALS_HIT = Status.INVALID_REQUEST, Status.NO_IK_SOLUTION, Status.GOALS_IN_COLLISION
+START_HIT, START_UNKNOWN = Status.START_IN_COLLISION, Status.START_IN_UNKNOWN
 RIGHT, LEFT = -np.pi / 2, np.pi / 2
 
 

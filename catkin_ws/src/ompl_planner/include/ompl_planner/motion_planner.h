@@ -71,6 +71,10 @@ class MotionPlanner {
   std::string judge(const PlanRequest& request, const TimedTrajectory& trajectory,
                     double start_time_s = 0.0) const;
 
+  /// The first point of a trajectory that the joints' limits forbid: a position by more than
+  /// limit_tolerance_rad, a velocity or an acceleration by more than 1 %; empty when there is none.
+  std::string beyondLimits(const fv_robot_model::Group& group, const TimedTrajectory& trajectory) const;
+
   /// Builds what a request on this map will need, so that it does not wait for it. Uses the request's group,
   /// start, map, transform and unknown-space policy. @throws as RobotModel::group for an unknown group.
   void warm(const PlanRequest& request) const;

@@ -35,18 +35,18 @@ class StopCondition {
 };
 
 enum class PlanStatus : std::uint8_t {
-  Success = 0,
-  InvalidRequest = 1,
-  StartInCollision = 2,
-  StartInUnknown = 3,
-  NoIkSolution = 4,
-  GoalsInCollision = 5,
-  NoPath = 6,
-  NoMap = 7,
-  MapTooOld = 8,
-  NoJointStates = 9,
-  Cancelled = 10,
-  InternalError = 11
+  Success = 1,
+  InvalidRequest = 2,
+  StartInCollision = 3,
+  StartInUnknown = 4,
+  NoIkSolution = 5,
+  GoalsInCollision = 6,
+  NoPath = 7,
+  NoMap = 8,
+  MapTooOld = 9,
+  NoJointStates = 10,
+  Cancelled = 11,
+  InternalError = 12
 };
 
 enum class GoalType : std::uint8_t { Joints = 0, Named = 1, Poses = 2 };

@@ -11,4 +11,9 @@ namespace ompl_planner {
 /// would be valid.
 void checkRequest(const fv_robot_model::RobotModel& model, const PlanRequest& request);
 
+/// The first joint of a group that is outside its limits by more than a tolerance, with both; empty when none
+/// is.
+std::string outsideLimits(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
+                          const JointVector& q, double tolerance);
+
 }  // namespace ompl_planner

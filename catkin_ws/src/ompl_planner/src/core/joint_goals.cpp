@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "ompl_planner/goal_sampler.h"
+#include "ompl_planner/request_check.h"
 
 namespace ompl_planner {
 namespace {
@@ -34,19 +35,6 @@ void setNamedJoints(const Group& group, const PlanRequest& request, JointVector&
     }
     if (!std::isfinite(value)) throw std::invalid_argument("goal joint '" + name + "' is not finite");
     q[found - group.joint_names.begin()] = value;
-  }
-}
-
-void checkLimits(const RobotModel& model, const Group& group, const JointVector& q) {
-  constexpr double kRounding = 1e-6;
-  for (std::size_t i = 0; i < group.joint_indices.size(); ++i) {
-    const auto& limits = model.limits()[static_cast<std::size_t>(group.joint_indices[i])];
-    const double value = q[static_cast<Eigen::Index>(i)];
-    if (limits.bounded && (value < limits.lower - kRounding || value > limits.upper + kRounding)) {
-      throw std::invalid_argument("goal of joint '" + group.joint_names[i] + "' is " + std::to_string(value) +
-                                  ", outside its limits " + std::to_string(limits.lower) + " to " +
-                                  std::to_string(limits.upper));
-    }
   }
 }
 
@@ -83,7 +71,9 @@ JointVector jointGoal(const RobotModel& model, const Group& group, const PlanReq
   } else {
     setNamedJoints(group, request, q);
   }
-  checkLimits(model, group, q);
+  constexpr double kRounding = 1e-6;
+  const std::string outside = outsideLimits(model, group, q, kRounding);
+  if (!outside.empty()) throw std::invalid_argument("goal: " + outside);
   return q;
 }
 

@@ -120,10 +120,8 @@ bool MotionPlanner::prepareStart(Job& job) const {
   const PlanRequest& request = job.request;
   job.start = groupValues(job.group, request.start_all);
   job.result.joint_names = job.group.joint_names;
-  if (!model_->withinLimits(job.group, job.start, config_.limit_tolerance_rad)) {
-    return job.fail(PlanStatus::InvalidRequest, "the start is outside the joint limits of group '" +
-                                                    job.group.name + "' by more than the tolerance");
-  }
+  const std::string outside = outsideLimits(*model_, job.group, job.start, config_.limit_tolerance_rad);
+  if (!outside.empty()) return job.fail(PlanStatus::InvalidRequest, "start: " + outside);
   const auto poses = model_->forward(request.start_all);
   const PreparedWorld prepared =
       worlds_->get(request.map.grid, request.unknown_space, request.bubble_radius_m, *model_, job.group,

@@ -1,11 +1,28 @@
 // From a found path to a judged trajectory: shortcuts, rounded corners, timing, judge.
 
 #include <algorithm>
+#include <cmath>
 
 #include "ompl_planner/path_shortcut.h"
+#include "ompl_planner/request_check.h"
 #include "planning_job.h"
 
 namespace ompl_planner {
+namespace {
+
+/// The first joint whose value is beyond its limit, with both; empty when none is.
+std::string tooFast(const fv_robot_model::Group& group, const std::string& kind, const JointVector& values,
+                    const Eigen::VectorXd& limits) {
+  constexpr double kRounding = 1.01;
+  for (Eigen::Index j = 0; j < values.size(); ++j) {
+    if (std::abs(values[j]) <= kRounding * limits[j]) continue;
+    return "joint '" + group.joint_names[static_cast<std::size_t>(j)] + "' has " + kind + " " +
+           std::to_string(values[j]) + ", its limit is " + std::to_string(limits[j]);
+  }
+  return {};
+}
+
+}  // namespace
 
 /// False when fine steps find an obstacle on the path that the search overlooked.
 bool MotionPlanner::shorten(Job& job) const {
@@ -37,6 +54,18 @@ MotionLimits MotionPlanner::limitsOf(const fv_robot_model::Group& group) const {
     limits.acceleration[j] = rates.acceleration > 0.0 ? rates.acceleration : config_.default_max_acceleration;
   }
   return limits;
+}
+
+std::string MotionPlanner::beyondLimits(const fv_robot_model::Group& group,
+                                        const TimedTrajectory& trajectory) const {
+  const MotionLimits limits = limitsOf(group);
+  for (std::size_t i = 0; i < trajectory.times.size(); ++i) {
+    std::string what = outsideLimits(*model_, group, trajectory.positions[i], config_.limit_tolerance_rad);
+    if (what.empty()) what = tooFast(group, "velocity", trajectory.velocities[i], limits.velocity);
+    if (what.empty()) what = tooFast(group, "acceleration", trajectory.accelerations[i], limits.acceleration);
+    if (!what.empty()) return what + " at " + std::to_string(trajectory.times[i]) + " s";
+  }
+  return {};
 }
 
 namespace {

@@ -10,6 +10,8 @@ namespace {
 
 using fv_robot_model::RobotModel;
 
+constexpr double kMaxBudgetS = 86400.0;  // what the steady clock can count in nanoseconds is a little more
+
 void checkOnePerPose(std::size_t count, std::size_t poses, const char* name) {
   if (count == 0 || count == poses) return;
   throw std::invalid_argument(std::string(name) + " has " + std::to_string(count) + " values for " +
@@ -65,11 +67,28 @@ void checkStart(const RobotModel& model, const Eigen::VectorXd& start_all) {
 
 }  // namespace
 
+std::string outsideLimits(const RobotModel& model, const fv_robot_model::Group& group, const JointVector& q,
+                          double tolerance) {
+  for (std::size_t i = 0; i < group.joint_indices.size(); ++i) {
+    const auto& limits = model.limits()[static_cast<std::size_t>(group.joint_indices[i])];
+    const double value = q[static_cast<Eigen::Index>(i)];
+    if (limits.bounded && !(value >= limits.lower - tolerance && value <= limits.upper + tolerance)) {
+      return "joint '" + group.joint_names[i] + "' is " + std::to_string(value) + ", outside its limits " +
+             std::to_string(limits.lower) + " to " + std::to_string(limits.upper);
+    }
+  }
+  return {};
+}
+
 void checkRequest(const RobotModel& model, const PlanRequest& request) {
   const auto& group = model.group(request.group);  // throws, listing the valid ones
   checkStart(model, request.start_all);
   if (!request.planner.empty()) checkPlannerName(request.planner);
   checkNotNegative(request.time_budget_s, "time_budget");
+  if (request.time_budget_s > kMaxBudgetS) {
+    throw std::invalid_argument("time_budget is " + std::to_string(request.time_budget_s) +
+                                " s, must be at most " + std::to_string(kMaxBudgetS));
+  }
   checkNotNegative(request.position_tolerance_m, "position_tolerance");
   checkNotNegative(request.angle_tolerance_rad, "angle_tolerance");
   checkNotNegative(request.bubble_radius_m, "bubble_radius");

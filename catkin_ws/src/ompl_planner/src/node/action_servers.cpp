@@ -3,86 +3,76 @@
 #include "conversions.h"
 
 namespace ompl_planner {
-namespace {
 
 using fv_msgs::ExecuteMotionResult;
 using fv_msgs::PlanAndExecuteResult;
-
-/// Ends the goal as its status says.
-template <typename Action, typename Result>
-void finish(ActionServer<Action>& action, const Result& result, std::uint8_t success,
-            std::uint8_t cancelled) {
-  if (result.status == success) {
-    action.server().setSucceeded(result, result.message);
-  } else if (result.status == cancelled) {
-    action.server().setPreempted(result, result.message);
-  } else {
-    ROS_WARN("ompl_planner: %s", result.message.c_str());
-    action.server().setAborted(result, result.message);
-  }
-}
-
-}  // namespace
+using fv_msgs::PlanMotionResult;
 
 ActionServers::ActionServers(ros::NodeHandle& nh, Planning& planning, Execution& execution)
     : planning_(planning),
       execution_(execution),
-      plan_(nh, "/ompl_planner/plan", [this](auto& action, const auto& goal) { plan(action, *goal); }),
-      execute_(nh, "/ompl_planner/execute",
-               [this](auto& action, const auto& goal) { execute(action, *goal); }),
+      plan_(nh, "/ompl_planner/plan", [this](const auto&... args) { return plan(args...); }),
+      execute_(nh, "/ompl_planner/execute", [this](const auto&... args) { return execute(args...); }),
       plan_and_execute_(nh, "/ompl_planner/plan_and_execute",
-                        [this](auto& action, const auto& goal) { planAndExecute(action, *goal); }) {}
+                        [this](const auto&... args) { return planAndExecute(args...); }) {}
 
-void ActionServers::plan(PlanServer& action, const fv_msgs::PlanMotionGoal& goal) {
-  const auto on_stage = [&](const std::string& stage) {
+void ActionServers::close() {
+  plan_and_execute_.close();
+  execute_.close();
+  plan_.close();
+}
+
+PlanMotionResult ActionServers::plan(const fv_msgs::PlanMotionGoal& goal, const Cancelled& cancelled,
+                                     const PlanServer::Tell& tell) {
+  const auto on_stage = [&tell](const std::string& stage) {
     fv_msgs::PlanMotionFeedback feedback;
     feedback.stage = stage;
-    action.server().publishFeedback(feedback);
+    tell(feedback);
   };
-  const auto result = msgFromResult(planning_.plan(
-      goal, [&] { return action.cancelled(); }, on_stage));
-  finish(action, result, fv_msgs::PlanMotionResult::SUCCESS, fv_msgs::PlanMotionResult::CANCELLED);
+  return msgFromResult(planning_.plan(goal, cancelled, on_stage));
 }
 
-void ActionServers::execute(ExecuteServer& action, const fv_msgs::ExecuteMotionGoal& goal) {
-  const auto on_fraction = [&](double fraction) {
+ExecuteMotionResult ActionServers::execute(const fv_msgs::ExecuteMotionGoal& goal, const Cancelled& cancelled,
+                                           const ExecuteServer::Tell& tell) {
+  const Turns::Turn turn = execution_.takeTurn(cancelled);
+  return execution_.execute(goal, turn, [&tell](double fraction) {
     fv_msgs::ExecuteMotionFeedback feedback;
     feedback.fraction = fraction;
-    action.server().publishFeedback(feedback);
-  };
-  const auto result = execution_.execute(
-      goal, [&] { return action.cancelled(); }, on_fraction);
-  finish(action, result, ExecuteMotionResult::SUCCESS, ExecuteMotionResult::CANCELLED);
+    tell(feedback);
+  });
 }
 
-void ActionServers::planAndExecute(PlanAndExecuteServer& action, const fv_msgs::PlanAndExecuteGoal& goal) {
-  fv_msgs::PlanAndExecuteFeedback feedback;
-  const auto tell = [&](const std::string& stage, double fraction) {
+PlanAndExecuteResult ActionServers::planAndExecute(const fv_msgs::PlanAndExecuteGoal& goal,
+                                                   const Cancelled& cancelled,
+                                                   const PlanAndExecuteServer::Tell& tell) {
+  const auto tell_stage = [&tell](const std::string& stage, double fraction) {
+    fv_msgs::PlanAndExecuteFeedback feedback;
     feedback.stage = stage;
     feedback.fraction = fraction;
-    action.server().publishFeedback(feedback);
+    tell(feedback);
   };
-  const auto cancelled = [&] { return action.cancelled(); };
+  const Turns::Turn turn = execution_.takeTurn(cancelled);  // first: a plan begins where the arm rests
   PlanAndExecuteResult result;
-  result.plan = msgFromResult(
-      planning_.plan(goal.plan, cancelled, [&](const std::string& stage) { tell(stage, 0.0); }));
+  result.plan = msgFromResult(planning_.plan(
+      goal.plan, [&turn] { return turn.stopped(); },
+      [&](const std::string& stage) { tell_stage(stage, 0.0); }));
   result.message = result.plan.message;
-  if (result.plan.status != fv_msgs::PlanMotionResult::SUCCESS) {
-    const bool stopped = result.plan.status == fv_msgs::PlanMotionResult::CANCELLED;
+  if (result.plan.status != PlanMotionResult::SUCCESS) {
+    const bool stopped = result.plan.status == PlanMotionResult::CANCELLED;
     result.status = stopped ? PlanAndExecuteResult::CANCELLED : PlanAndExecuteResult::NOT_PLANNED;
-  } else {
-    fv_msgs::ExecuteMotionGoal motion;
-    motion.trajectory = result.plan.trajectory;
-    motion.map_sequence = result.plan.map_sequence;
-    result.execution =
-        execution_.execute(motion, cancelled, [&](double fraction) { tell("execute", fraction); });
-    result.message = result.execution.message;
-    result.status = result.execution.status == ExecuteMotionResult::SUCCESS ? PlanAndExecuteResult::SUCCESS
-                    : result.execution.status == ExecuteMotionResult::CANCELLED
-                        ? PlanAndExecuteResult::CANCELLED
-                        : PlanAndExecuteResult::NOT_EXECUTED;
+    return result;
   }
-  finish(action, result, PlanAndExecuteResult::SUCCESS, PlanAndExecuteResult::CANCELLED);
+  fv_msgs::ExecuteMotionGoal motion;
+  motion.trajectory = result.plan.trajectory;
+  motion.map_sequence = result.plan.map_sequence;
+  result.execution =
+      execution_.execute(motion, turn, [&](double fraction) { tell_stage("execute", fraction); });
+  result.message = result.execution.message;
+  const auto status = result.execution.status;
+  result.status = status == ExecuteMotionResult::SUCCESS     ? PlanAndExecuteResult::SUCCESS
+                  : status == ExecuteMotionResult::CANCELLED ? PlanAndExecuteResult::CANCELLED
+                                                             : PlanAndExecuteResult::NOT_EXECUTED;
+  return result;
 }
 
 }  // namespace ompl_planner

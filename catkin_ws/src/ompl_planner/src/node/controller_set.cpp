@@ -41,17 +41,27 @@ trajectory_msgs::JointTrajectory partOf(const trajectory_msgs::JointTrajectory& 
   return part;
 }
 
+void noteErrors(const control_msgs::FollowJointTrajectoryFeedback& feedback, std::atomic<double>& largest) {
+  for (const double error : feedback.error.positions) {
+    double known = largest;
+    while (std::abs(error) > known && !largest.compare_exchange_weak(known, std::abs(error))) {
+    }
+  }
+}
+
 }  // namespace
 
 void ControllerSet::assign(const trajectory_msgs::JointTrajectory& trajectory) {
   std::vector<std::string> left = trajectory.joint_names;
-  for (const Controller& controller : controllers_) {
+  for (std::size_t i = 0; i < clients_.controllers().size(); ++i) {
+    const Controller& controller = clients_.controllers()[i];
     const auto before = left.size();
     for (const std::string& joint : controller.joints)
       left.erase(std::remove(left.begin(), left.end(), joint), left.end());
     if (left.size() == before) continue;
-    Part part;
+    Part part{};
     part.action = controller.action;
+    part.controller = i;
     part.goal.trajectory = partOf(trajectory, controller);
     parts_.push_back(std::move(part));
   }
@@ -60,7 +70,12 @@ void ControllerSet::assign(const trajectory_msgs::JointTrajectory& trajectory) {
 }
 
 bool ControllerSet::connect(double wait_s, const std::function<bool()>& stop, std::string& why) {
-  for (Part& part : parts_) part.client = std::make_unique<Client>(part.action, /*spin_thread=*/true);
+  while (!ros::Time::isValid()) {
+    why = "the clock has not started";
+    if (stop()) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  for (Part& part : parts_) part.client = &clients_.client(part.controller);
   RosStopwatch stopwatch;
   for (Part& part : parts_) {
     while (!part.client->isServerConnected()) {
@@ -75,9 +90,13 @@ bool ControllerSet::connect(double wait_s, const std::function<bool()>& stop, st
 }
 
 void ControllerSet::send() {
+  using Client = ControllerClients::Client;
+  const auto on_feedback = [max_error = max_error_](const auto& feedback) {
+    noteErrors(*feedback, *max_error);
+  };
   for (Part& part : parts_) {
     part.client->sendGoal(part.goal, Client::SimpleDoneCallback(), Client::SimpleActiveCallback(),
-                          [this](const auto& feedback) { onFeedback(feedback); });
+                          on_feedback);
   }
   sent_ = true;
 }
@@ -104,23 +123,20 @@ void ControllerSet::cancelAll() {
   }
 }
 
-bool ControllerSet::connected() const {
-  return sent_ && std::all_of(parts_.begin(), parts_.end(),
-                              [](const Part& part) { return part.client->isServerConnected(); });
+bool ControllerSet::connected(std::string& why) const {
+  if (!sent_) return true;
+  for (const Part& part : parts_) {
+    if (part.client->isServerConnected()) continue;
+    why = "controller '" + part.action + "' went away";
+    return false;
+  }
+  return true;
 }
 
 bool ControllerSet::allDone() const {
   if (!sent_) return true;
   return std::all_of(parts_.begin(), parts_.end(),
                      [](const Part& part) { return part.client->getState().isDone(); });
-}
-
-void ControllerSet::onFeedback(const control_msgs::FollowJointTrajectoryFeedbackConstPtr& feedback) {
-  for (const double error : feedback->error.positions) {
-    double known = max_error_;
-    while (std::abs(error) > known && !max_error_.compare_exchange_weak(known, std::abs(error))) {
-    }
-  }
 }
 
 }  // namespace ompl_planner

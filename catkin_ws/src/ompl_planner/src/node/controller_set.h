@@ -15,10 +15,33 @@
 
 namespace ompl_planner {
 
-/// Sends the parts of a trajectory to the controllers of its joints at the same moment and watches them.
+/// The robot's controllers and a client for each, which stays once it was made: to connect anew for each
+/// motion takes longer than many a motion's start should, and sometimes seconds.
+class ControllerClients {
+ public:
+  using Client = actionlib::SimpleActionClient<control_msgs::FollowJointTrajectoryAction>;
+
+  explicit ControllerClients(const std::vector<Controller>& controllers)
+      : controllers_(controllers), clients_(controllers.size()) {}
+  const std::vector<Controller>& controllers() const { return controllers_; }
+
+  /// Made when first asked for: its constructor blocks until the clock has started.
+  Client& client(std::size_t controller) {
+    auto& client = clients_[controller];
+    if (!client) client = std::make_unique<Client>(controllers_[controller].action, /*spin_thread=*/true);
+    return *client;
+  }
+
+ private:
+  std::vector<Controller> controllers_;
+  std::vector<std::unique_ptr<Client>> clients_;
+};
+
+/// Sends the parts of a trajectory to the controllers of its joints at the same moment and watches them. One
+/// at a time.
 class ControllerSet {
  public:
-  explicit ControllerSet(const std::vector<Controller>& controllers) : controllers_(controllers) {}
+  explicit ControllerSet(ControllerClients& clients) : clients_(clients) {}
 
   /// Cancels what still runs.
   ~ControllerSet() { cancelAll(); }
@@ -42,24 +65,26 @@ class ControllerSet {
 
   void cancelAll();
   bool allDone() const;
-  /// Do the action servers of all goals that were sent still answer?
-  bool connected() const;
+  /// Have goals been sent?
+  bool sent() const { return sent_; }
+  /// False, with the reason, when the action server of a goal that was sent is gone.
+  bool connected(std::string& why) const;
 
   /// Largest absolute position error that any controller has reported [rad].
-  double maxTrackingError() const { return max_error_; }
+  double maxTrackingError() const { return *max_error_; }
 
  private:
-  using Client = actionlib::SimpleActionClient<control_msgs::FollowJointTrajectoryAction>;
   struct Part {
     std::string action;
     control_msgs::FollowJointTrajectoryGoal goal;
-    std::unique_ptr<Client> client;
+    std::size_t controller;
+    ControllerClients::Client* client;  ///< Once connected.
   };
-  void onFeedback(const control_msgs::FollowJointTrajectoryFeedbackConstPtr& feedback);
 
-  std::vector<Controller> controllers_;
+  ControllerClients& clients_;
   std::vector<Part> parts_;
-  std::atomic<double> max_error_{0.0};
+  std::shared_ptr<std::atomic<double>> max_error_{
+      std::make_shared<std::atomic<double>>(0.0)};  ///< Of callbacks too.
   bool sent_{false};
 };
 

@@ -198,10 +198,21 @@ std::vector<HeldObject> heldObjectsFromMsg(const std::vector<fv_msgs::AttachedOb
   return held;
 }
 
+std::string clipped(const std::string& text) {
+  constexpr std::size_t kEnd = 400;
+  if (text.size() <= 2 * kEnd) return text;
+  return text.substr(0, kEnd) + " ... " + text.substr(text.size() - kEnd);
+}
+
+// The core's numbers are the message's; messages that were built from other sources would lie.
+using Msg = fv_msgs::PlanMotionResult;
+static_assert(static_cast<int>(PlanStatus::Success) == Msg::SUCCESS, "build fv_msgs anew");
+static_assert(static_cast<int>(PlanStatus::InternalError) == Msg::INTERNAL_ERROR, "build fv_msgs anew");
+
 fv_msgs::PlanMotionResult msgFromResult(const PlanResult& result) {
   fv_msgs::PlanMotionResult msg;
   msg.status = static_cast<std::uint8_t>(result.status);
-  msg.message = result.message;
+  msg.message = clipped(result.message);
   msg.trajectory = msgFromTrajectory(result.trajectory, result.joint_names);
   msg.goal_index = result.goal_index;
   msg.map_sequence = result.map_sequence;

@@ -42,6 +42,10 @@ void overlayJoints(const sensor_msgs::JointState& msg, const fv_robot_model::Rob
 /// @throws std::invalid_argument naming the object: unknown kind, sizes that are not positive, broken poses.
 std::vector<HeldObject> heldObjectsFromMsg(const std::vector<fv_msgs::AttachedObject>& objects);
 
+/// A text of bearable length: of long ones the first and the last 400 bytes. Somebody's joint name may be
+/// megabytes.
+std::string clipped(const std::string& text);
+
 fv_msgs::PlanMotionResult msgFromResult(const PlanResult& result);
 
 trajectory_msgs::JointTrajectory msgFromTrajectory(const TimedTrajectory& trajectory,

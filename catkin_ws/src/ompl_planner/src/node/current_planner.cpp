@@ -39,7 +39,7 @@ bool CurrentPlanner::onSet(fv_msgs::SetAttachedObjects::Request& request,
     response.message = "the robot holds " + std::to_string(request.objects.size()) + " objects";
   } catch (const std::invalid_argument& error) {
     response.success = false;
-    response.message = error.what();
+    response.message = clipped(error.what());
   }
   return true;
 }

@@ -1,7 +1,5 @@
 #include "execution.h"
 
-#include <fv_msgs/PlannedPath.h>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -19,6 +17,10 @@ using Result = fv_msgs::ExecuteMotionResult;
 
 constexpr double kStartToleranceRad = 0.1;  // a trajectory must begin where the robot is
 constexpr double kFeedbackPeriodS = 0.05;
+constexpr double kMaxDurationS = 3600.0;  // each new map is checked along the whole rest of the motion
+constexpr double kRestRad = 0.002;        // an arm that moves less than this ...
+constexpr double kRestS = 0.1;            // ... in this time is at rest
+constexpr double kClockPatienceS = 5.0;   // of wall time that a clock may stand still while an arm is stopped
 
 void pause() { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }
 
@@ -27,7 +29,7 @@ void pause() { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }
 /// One goal and what belongs to it.
 struct Execution::Motion {
   const fv_msgs::ExecuteMotionGoal& goal;
-  std::function<bool()> cancelled;
+  const Turns::Turn& turn;
   std::function<void(double)> on_fraction;
   std::shared_ptr<const MotionPlanner> planner;
   ControllerSet controllers;
@@ -40,25 +42,27 @@ struct Execution::Motion {
 
   bool end(std::uint8_t status, const std::string& message) {
     result.status = status;
-    result.message = message;
+    result.message = clipped(message);
     return false;
   }
 };
 
-Execution::Execution(ros::NodeHandle& nh, const CurrentPlanner& planner, const RobotState& state,
-                     MapKeeper& maps, const NodeParams& params)
+Execution::Execution(const CurrentPlanner& planner, const RobotState& state, MapKeeper& maps,
+                     const PathPublisher& paths, const NodeParams& params)
     : planner_(planner),
       state_(state),
       maps_(maps),
       config_(params.node),
       controllers_(params.controllers),
-      path_publisher_(nh.advertise<fv_msgs::PlannedPath>("/ompl_planner/path", 1, /*latch=*/true)) {}
+      paths_(paths) {}
 
-Result Execution::execute(const fv_msgs::ExecuteMotionGoal& goal, const std::function<bool()>& cancelled,
+Result Execution::execute(const fv_msgs::ExecuteMotionGoal& goal, const Turns::Turn& turn,
                           const std::function<void(double)>& on_fraction) {
-  const Turns::Turn turn(turns_);
-  const auto stop = [&] { return cancelled() || turn.replaced() || !ros::ok(); };
-  Motion motion{goal, stop, on_fraction, planner_.get(), ControllerSet(controllers_)};
+  Motion motion{goal, turn, on_fraction, planner_.get(), ControllerSet(controllers_)};
+  if (turn.stopped()) {
+    motion.end(Result::CANCELLED, "cancelled before the arm moved");
+    return motion.result;
+  }
   try {
     run(motion);
   } catch (const std::exception& error) {
@@ -72,12 +76,17 @@ Result Execution::execute(const fv_msgs::ExecuteMotionGoal& goal, const std::fun
 void Execution::run(Motion& motion) {
   if (!prepare(motion)) return;
   std::string why;
-  if (!motion.controllers.connect(config_.controller_wait_s, motion.cancelled, why)) {
-    motion.end(motion.cancelled() ? Result::CANCELLED : Result::CONTROLLER_FAILED, why);
+  const auto stopped = [&motion] { return motion.turn.stopped(); };
+  if (!motion.controllers.connect(config_.controller_wait_s, stopped, why)) {
+    motion.end(stopped() ? Result::CANCELLED : Result::CONTROLLER_FAILED, why);
     return;
   }
   if (!mapAllows(motion)) return;
-  publishPath(motion);
+  if (stopped()) {
+    motion.end(Result::CANCELLED, "cancelled before the arm moved");
+    return;
+  }
+  show(motion);
   motion.controllers.send();
   watch(motion);
 }
@@ -87,12 +96,23 @@ bool Execution::prepare(Motion& motion) {
   if (motion.trajectory.times.empty())
     return motion.end(Result::INVALID_REQUEST, "the trajectory has no points");
   motion.group = groupOfJoints(motion.planner->model(), motion.goal.trajectory.joint_names);
+  if (!withinLimits(motion)) return false;
   motion.controllers.assign(motion.goal.trajectory);
   std::string why;
   const auto q_all = state_.joints(motion.planner->model().jointNames(), why);
   if (!q_all) return motion.end(Result::INVALID_REQUEST, why);
   motion.q_all = *q_all;
   return startsWhereTheRobotIs(motion);
+}
+
+bool Execution::withinLimits(Motion& motion) const {
+  if (motion.trajectory.duration() > kMaxDurationS) {
+    return motion.end(Result::INVALID_REQUEST,
+                      "the trajectory lasts " + std::to_string(motion.trajectory.duration()) +
+                          " s, at most " + std::to_string(kMaxDurationS) + " are allowed");
+  }
+  const std::string beyond = motion.planner->beyondLimits(motion.group, motion.trajectory);
+  return beyond.empty() || motion.end(Result::INVALID_REQUEST, "the trajectory: " + beyond);
 }
 
 bool Execution::startsWhereTheRobotIs(Motion& motion) const {
@@ -164,7 +184,8 @@ bool Execution::goesOn(Motion& motion, double elapsed_s) {
   const auto outcome = motion.controllers.outcome(why);
   if (outcome == ControllerSet::Outcome::Succeeded) return motion.end(Result::SUCCESS, "executed");
   if (outcome == ControllerSet::Outcome::Failed) return motion.end(Result::CONTROLLER_FAILED, why);
-  if (motion.cancelled())
+  if (!motion.controllers.connected(why)) return motion.end(Result::CONTROLLER_FAILED, why);
+  if (motion.turn.stopped())
     return motion.end(Result::CANCELLED, "cancelled after " + std::to_string(elapsed_s) + " s");
   if (elapsed_s > motion.trajectory.duration() + config_.settle_s)
     return motion.end(Result::CONTROLLER_FAILED, "the controllers did not finish in time");
@@ -172,35 +193,44 @@ bool Execution::goesOn(Motion& motion, double elapsed_s) {
   return why.empty() || motion.end(Result::STOPPED_FOR_OBSTACLE, why);
 }
 
-/// The answer says that the arm has stopped: waits for the controllers to say so.
+/// The answer says that the arm has stopped: waits for the controllers to say so, and for the joints to rest,
+/// for controllers answer when they begin to brake.
 void Execution::stop(Motion& motion) {
   motion.controllers.cancelAll();
   RosStopwatch stopwatch;
-  while (!motion.controllers.allDone() && motion.controllers.connected() && ros::ok() &&
-         stopwatch.elapsed() < config_.settle_s) {
+  std::string why;
+  while (!motion.controllers.allDone() && motion.controllers.connected(why) &&
+         stopwatch.elapsed() < config_.settle_s && stopwatch.standsStill() < kClockPatienceS) {
+    pause();
+  }
+  if (motion.controllers.sent() && motion.result.status != Result::SUCCESS) waitForRest(motion);
+}
+
+void Execution::waitForRest(const Motion& motion) const {
+  RosStopwatch stopwatch;
+  std::optional<Eigen::VectorXd> resting;
+  double since_s = 0.0;
+  std::string why;
+  while (stopwatch.elapsed() < config_.settle_s && stopwatch.standsStill() < kClockPatienceS) {
+    const auto q_all = state_.joints(motion.group.joint_names, why);
+    if (!q_all) return;  // nobody tells where the arm is
+    if (!resting || (*q_all - *resting).cwiseAbs().maxCoeff() > kRestRad) {
+      resting = q_all;
+      since_s = stopwatch.elapsed();
+    }
+    if (stopwatch.elapsed() - since_s > kRestS) return;
     pause();
   }
 }
 
-void Execution::publishPath(const Motion& motion) {
-  fv_msgs::PlannedPath path;
+void Execution::show(const Motion& motion) {
   std::string why;
   const auto map = motion.planned_on ? motion.planned_on : maps_.latest(why);
   const auto& model = motion.planner->model();
-  path.header.stamp = ros::Time::now();
-  path.header.frame_id = map ? map->frame : model.rootLink();
-  path.map_sequence = motion.goal.map_sequence;
-  path.trajectory = motion.goal.trajectory;
-  if (motion.group.isChain()) {
-    const auto tip = static_cast<std::size_t>(model.linkIndex(motion.group.tip_link));
-    Eigen::VectorXd q = motion.q_all;
-    for (const JointVector& q_group : motion.trajectory.positions) {
-      model.setGroup(motion.group, q_group, q);
-      const Eigen::Isometry3d T_root_tip = model.forward(q)[tip];
-      path.tip_poses.push_back(msgFromIsometry(map ? map->T_map_root * T_root_tip : T_root_tip));
-    }
-  }
-  path_publisher_.publish(path);
+  paths_.publish({motion.goal.trajectory, model, motion.group, motion.q_all,
+                  map ? map->frame : model.rootLink(), map ? map->T_map_root : Eigen::Isometry3d::Identity(),
+                  motion.goal.map_sequence,
+                  /*executing=*/true});
 }
 
 }  // namespace ompl_planner

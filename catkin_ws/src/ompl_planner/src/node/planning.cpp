@@ -28,8 +28,8 @@ bool failWith(PlanResult& failure, PlanStatus status, const std::string& message
 }  // namespace
 
 Planning::Planning(const CurrentPlanner& planner, const RobotState& state, MapKeeper& maps,
-                   const NodeConfig& config)
-    : planner_(planner), state_(state), maps_(maps), config_(config) {}
+                   const PathPublisher& paths, const NodeConfig& config)
+    : planner_(planner), state_(state), maps_(maps), paths_(paths), config_(config) {}
 
 void Planning::warm(const PlacedMap& map) {
   std::optional<PlanRequest> request;
@@ -45,18 +45,25 @@ void Planning::warm(const PlacedMap& map) {
 
 PlanResult Planning::plan(const fv_msgs::PlanMotionGoal& goal, const std::function<bool()>& cancelled,
                           const StageCallback& on_stage) {
-  const Turns::Turn turn(turns_);
-  const auto stop = [&] { return cancelled() || turn.replaced(); };
+  const Turns::Turn turn(turns_, cancelled);
+  const auto stop = [&turn] { return turn.stopped(); };
   const auto planner = planner_.get();
   PlanResult failure;
+  if (stop()) {
+    failWith(failure, PlanStatus::Cancelled, "cancelled before planning began");
+    return failure;
+  }
   try {
     PlanRequest request = requestFromMsg(goal);
-    if (!fillRequest(*planner, goal, stop, request, failure)) return failure;
+    std::string map_frame;
+    if (!fillRequest(*planner, goal, stop, request, failure, map_frame)) return failure;
     if (planner->knowsGroup(request.group)) {
       const std::lock_guard<std::mutex> lock(last_mutex_);
       last_ = request;
     }
-    return planner->solve(request, stop, on_stage);
+    const PlanResult result = planner->solve(request, stop, on_stage);
+    if (result.status == PlanStatus::Success) show(*planner, request, map_frame, result);
+    return result;
   } catch (const std::invalid_argument& error) {
     failWith(failure, PlanStatus::InvalidRequest, error.what());
   } catch (const std::exception& error) {
@@ -67,7 +74,9 @@ PlanResult Planning::plan(const fv_msgs::PlanMotionGoal& goal, const std::functi
 
 bool Planning::takeMap(const fv_msgs::PlanMotionGoal& goal, const std::function<bool()>& cancelled,
                        PlanRequest& request, PlanResult& failure, std::string& frame) {
-  if (!(goal.max_map_age >= 0.0)) throw std::invalid_argument("max_map_age must be 0 or positive");
+  if (!(goal.max_map_age >= 0.0))
+    throw std::invalid_argument("max_map_age is " + std::to_string(goal.max_map_age) +
+                                ", must be 0 or positive");
   std::string why;
   const auto map = maps_.atLeast(goal.min_map_sequence, config_.map_wait_s, cancelled, why);
   if (!map) return failWith(failure, cancelled() ? PlanStatus::Cancelled : PlanStatus::NoMap, why);
@@ -91,9 +100,8 @@ bool Planning::takeMap(const fv_msgs::PlanMotionGoal& goal, const std::function<
 }
 
 bool Planning::fillRequest(const MotionPlanner& planner, const fv_msgs::PlanMotionGoal& goal,
-                           const std::function<bool()>& cancelled, PlanRequest& request,
-                           PlanResult& failure) {
-  std::string map_frame;
+                           const std::function<bool()>& cancelled, PlanRequest& request, PlanResult& failure,
+                           std::string& map_frame) {
   if (!takeMap(goal, cancelled, request, failure, map_frame)) return false;
   std::string why;
   const auto q_all = state_.joints(neededJoints(planner.model(), goal.start), why);
@@ -106,6 +114,13 @@ bool Planning::fillRequest(const MotionPlanner& planner, const fv_msgs::PlanMoti
     for (auto& pose : request.goal_poses) pose = T_map_frame * pose;
   }
   return true;
+}
+
+void Planning::show(const MotionPlanner& planner, const PlanRequest& request, const std::string& map_frame,
+                    const PlanResult& result) const {
+  paths_.publish({msgFromTrajectory(result.trajectory, result.joint_names), planner.model(),
+                  planner.model().group(request.group), request.start_all, map_frame, request.T_map_root,
+                  result.map_sequence, /*executing=*/false});
 }
 
 }  // namespace ompl_planner

@@ -11,6 +11,7 @@
 #include "current_planner.h"
 #include "map_keeper.h"
 #include "node_params.h"
+#include "path_publisher.h"
 #include "robot_state.h"
 #include "turns.h"
 
@@ -19,9 +20,11 @@ namespace ompl_planner {
 /// Plans one goal at a time: a new one replaces the one that is being planned. Thread-safe.
 class Planning {
  public:
-  Planning(const CurrentPlanner& planner, const RobotState& state, MapKeeper& maps, const NodeConfig& config);
+  Planning(const CurrentPlanner& planner, const RobotState& state, MapKeeper& maps,
+           const PathPublisher& paths, const NodeConfig& config);
 
-  /// Everything that goes wrong is a status of the result; nothing is thrown.
+  /// A motion that was found is shown to viewers. Everything that goes wrong is a status of the result;
+  /// nothing is thrown.
   PlanResult plan(const fv_msgs::PlanMotionGoal& goal, const std::function<bool()>& cancelled,
                   const StageCallback& on_stage);
 
@@ -30,13 +33,17 @@ class Planning {
 
  private:
   bool fillRequest(const MotionPlanner& planner, const fv_msgs::PlanMotionGoal& goal,
-                   const std::function<bool()>& cancelled, PlanRequest& request, PlanResult& failure);
+                   const std::function<bool()>& cancelled, PlanRequest& request, PlanResult& failure,
+                   std::string& map_frame);
+  void show(const MotionPlanner& planner, const PlanRequest& request, const std::string& map_frame,
+            const PlanResult& result) const;
   bool takeMap(const fv_msgs::PlanMotionGoal& goal, const std::function<bool()>& cancelled,
                PlanRequest& request, PlanResult& failure, std::string& frame);
 
   const CurrentPlanner& planner_;
   const RobotState& state_;
   MapKeeper& maps_;
+  const PathPublisher& paths_;
   NodeConfig config_;
   Turns turns_;
   std::mutex last_mutex_;

@@ -3,6 +3,8 @@
 
 #include <ros/time.h>
 
+#include <chrono>
+
 namespace ompl_planner {
 
 /// Sums the steps of the ROS clock between looks. A step backwards (a simulation that began anew) or from
@@ -14,13 +16,18 @@ class RosStopwatch {
     const ros::Time now = ros::Time::now();
     if (now < last_) jumped_back_ = true;
     if (!last_.isZero() && now > last_) elapsed_ += (now - last_).toSec();
+    if (now != last_) changed_ = Wall::now();
     last_ = now;
     return elapsed_;
   }
+  /// Wall-clock seconds since the ROS clock has last changed, as far as anybody looked.
+  double standsStill() const { return std::chrono::duration<double>(Wall::now() - changed_).count(); }
   /// Has the clock gone backwards since construction?
   bool jumpedBack() const { return jumped_back_; }
 
  private:
+  using Wall = std::chrono::steady_clock;
+  Wall::time_point changed_{Wall::now()};
   ros::Time last_{ros::Time::now()};
   double elapsed_{0.0};
   bool jumped_back_{false};

@@ -9,7 +9,6 @@ import time
 import actionlib
 import rospy
 from actionlib import CommState
-from actionlib_msgs.msg import GoalStatus
 from fv_msgs.msg import (
     PlanAndExecuteAction,
     PlanAndExecuteGoal,
@@ -122,12 +121,8 @@ def call(name: str, action: type, goal: object) -> object:
         handle.cancel()
         raise
     result = handle.get_result()
-    if result is None:
-        raise ConnectionError(f"{name} gave no result")
-    if handle.get_terminal_state() in (GoalStatus.RECALLED, GoalStatus.REJECTED):
-        raise ConnectionError(
-            f"{name} dropped the goal: {handle.get_goal_status_text()} Did /clock jump back?"
-        )
+    if result is None or result.status == result.NO_RESULT:
+        raise ConnectionError(f"{name} gave no result: {handle.get_goal_status_text()}")
     return result
 
 
