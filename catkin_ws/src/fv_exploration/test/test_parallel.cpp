@@ -1,11 +1,13 @@
 // The pool of threads: every chunk once, errors told, calls within calls and beside each other, and after a
 // fork.
 #include <gtest/gtest.h>
+#include <pthread.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -67,6 +69,26 @@ TEST(Parallel, AForkedProcessHasItsOwnThreads) {
   int status = -1;
   ASSERT_EQ(waitpid(child, &status, 0), child);
   EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0);
+}
+
+TEST(Parallel, WithoutMoreThreadsTheCallerDoesTheWork) {
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(20);
+    pthread_attr_t greedy;  // stacks that no address space holds: as a limit of threads that is reached
+    pthread_attr_init(&greedy);
+    pthread_attr_setstacksize(&greedy, std::size_t{1} << 47);
+    if (pthread_setattr_default_np(&greedy) != 0) _exit(2);
+    try {
+      std::thread([] {}).join();
+      _exit(3);
+    } catch (const std::system_error&) {
+      _exit(sumOfChunks(100, 5, 1) == 4950 && sumOfChunks(100, 3, 2) == 4950 ? 0 : 1);
+    }
+  }
+  int status = -1;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << status;
 }
 
 }  // namespace

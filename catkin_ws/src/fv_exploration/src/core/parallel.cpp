@@ -9,6 +9,7 @@
 #include <deque>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 
 namespace fv {
@@ -76,8 +77,7 @@ class Pool {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       for (int thread = 1; thread <= helpers; ++thread) tickets_.push_back({&job, thread});
-      for (; threads_ < static_cast<int>(tickets_.size()) + busy_; ++threads_)
-        std::thread([this] { help(); }).detach();
+      while (threads_ < static_cast<int>(tickets_.size()) + busy_ && startThread()) ++threads_;
       waiting_ += helpers;
     }
     helpers == 1 ? wake_.notify_one() : wake_.notify_all();
@@ -94,6 +94,16 @@ class Pool {
   static std::atomic<Pool*>& instance() {
     static std::atomic<Pool*> pool{nullptr};
     return pool;
+  }
+
+  /// @return false when the system has no more: whoever is there does the work then, at least the caller.
+  bool startThread() {
+    try {
+      std::thread([this] { help(); }).detach();
+    } catch (const std::system_error&) {
+      return false;
+    }
+    return true;
   }
 
   void help() {
