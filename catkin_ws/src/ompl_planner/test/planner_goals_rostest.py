@@ -14,6 +14,7 @@ import rospy
 import rostest
 from actionlib_msgs.msg import GoalStatus
 from fv_msgs.msg import (
+    AttachedObject,
     ExecuteMotionActionResult,
     ExecuteMotionResult,
     PlanAndExecuteActionResult,
@@ -21,6 +22,8 @@ from fv_msgs.msg import (
     PlanMotionActionResult,
     PlannedPath,
 )
+from fv_msgs.srv import SetAttachedObjects
+from geometry_msgs.msg import Vector3
 from sensor_msgs.msg import JointState
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
@@ -181,6 +184,25 @@ class GoalsTest(PlannerCase):
             self.assertEqual(result.status, ExecuteMotionResult.INVALID_REQUEST, result.message)
             for word in words:
                 self.assertIn(word, result.message)
+
+    def test_senseless_objects_are_refused_and_cost_no_plan(self) -> None:
+        hold = rospy.ServiceProxy("/ompl_planner/set_attached_objects", SetAttachedObjects)
+        here = pose(0.0, 0.0, 0.0, (0.0, 0.0, 0.0, 1.0))
+        small, huge = Vector3(0.01, 0.01, 0.01), Vector3(1e3, 0.01, 0.01)
+        cases = [
+            ({"dimensions": huge}, ("1000", "10")),
+            ({"dimensions": Vector3(math.nan, 1.0, 1.0)}, ("nan",)),
+            ({"pose": pose(1e300, 0.0, 0.0, (0.0, 0.0, 0.0, 1.0))}, ("1e+300", "10")),
+            ({"kind": 9}, ("9", "BOX")),
+            ({"link": "tail"}, ("tail", "Body_RWP")),
+        ]
+        for fields, words in cases:
+            given = {"name": "thing", "link": "Body_RWP", "dimensions": small, "pose": here} | fields
+            answered = hold([AttachedObject(**given)])
+            self.assertFalse(answered.success, fields)
+            for word in words:
+                self.assertIn(word, answered.message)
+        self.assert_status(self.plan(goal_name="home"), Status.SUCCESS)
 
     def test_z_ending_the_node_stops_the_arm_and_answers(self) -> None:  # the last: it ends the node
         self.robot.slowdown = 10.0

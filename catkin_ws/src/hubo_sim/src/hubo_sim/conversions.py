@@ -144,7 +144,7 @@ def transform_from_pose(pose: Pose) -> np.ndarray:
     p, q = pose.position, pose.orientation
     values = np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])
     if not np.all(np.abs(values[:3]) <= _FAR_M):  # no number is not within either
-        raise ValueError(f"pose: position {values[:3].tolist()} must be within +-{_FAR_M:g} m")
+        raise ValueError(f"pose: position {values[:3].tolist()} must be finite and within +-{_FAR_M:g} m")
     norm = np.linalg.norm(values[3:])
     if not abs(norm - 1.0) <= 1e-3:
         raise ValueError(f"pose: the quaternion {values[3:].tolist()} has length {norm:g}, must be 1")

@@ -69,9 +69,21 @@ std::vector<JointVector> seedsFromList(const std::vector<double>& values, std::s
   return seeds;
 }
 
+/// Maps are kept as far as the robot reaches with what it holds: a typing error must not cost all plans.
+void checkReach(double value, const std::string& what) {
+  constexpr double kMaxM = 10.0;
+  if (std::abs(value) <= kMaxM || std::isnan(value)) return;  // no numbers are refused where shapes are made
+  std::ostringstream text;
+  text << what << " is " << value << " m, at most " << kMaxM << " are allowed";
+  throw std::invalid_argument(text.str());
+}
+
 fv_robot_model::Shape shapeFromMsg(const fv_msgs::AttachedObject& msg) {
   using fv_robot_model::Shape;
   const Eigen::Isometry3d T_link_shape = isometryFromMsg(msg.pose, "its pose");
+  checkReach(T_link_shape.translation().cwiseAbs().maxCoeff(), "the distance of its centre from the link");
+  for (const double size : {msg.dimensions.x, msg.dimensions.y, msg.dimensions.z})
+    checkReach(size, "its size");
   switch (msg.kind) {
     case fv_msgs::AttachedObject::BOX:
       return Shape::box({msg.dimensions.x, msg.dimensions.y, msg.dimensions.z}, T_link_shape);
