@@ -1,6 +1,7 @@
 """scripts/explore with input that cannot work: one clear line, non-zero exit, nothing left behind."""
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -69,6 +70,21 @@ def test_help_of_the_scripts_themselves(command):
     done = subprocess.run([str(SCRIPTS / command), "--help"], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0
     assert done.stdout.startswith("usage: ")
+
+
+@pytest.mark.parametrize("command", ["explore", "test", "bench", "figures"])
+def test_help_needs_no_set_up(command, tmp_path):
+    shutil.copytree(SCRIPTS, tmp_path / "scripts")
+    done = subprocess.run(
+        [str(tmp_path / "scripts" / command), "--help"],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        env={"PATH": "/usr/bin:/bin"},
+    )
+    assert done.returncode == 0
+    assert "options" in done.stdout
+    assert {path.name for path in tmp_path.iterdir()} == {"scripts"}
 
 
 def test_rviz_without_a_display_is_refused():
