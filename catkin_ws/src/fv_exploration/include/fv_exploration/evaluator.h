@@ -137,7 +137,8 @@ class Evaluator {
   TileMask voidMask(int tile) const;
   void refreshFrontiers(const std::vector<uint8_t>& stale, std::vector<uint8_t>& stale_voids);
   void refreshVoids(const std::vector<uint8_t>& stale);
-  Tile* tileWith(int tile, const TileMask& mask);
+  template <class Label>
+  int refresh(int tile, LabelledMask Tile::*part, const TileMask& mask, uint8_t flag, const Label& label);
   int refreshFrontier(int tile);
   int refreshVoid(int tile);
   void writeFlags(int tile, const TileMask& before, const TileMask& after, uint8_t flag);

@@ -29,8 +29,8 @@ struct VoidGraph {
   std::size_t settled = 0;  ///< the first so many edges join nodes that are known not to fit together
 };
 
-/// Merge neighbours nearest first (by centroid; ties by id) as long as a merger has S >= min_fit; a heap of
-/// pairs.
+/// Merge neighbours nearest first (by centroid; ties by id) as long as a merger has S >= min_fit; each node
+/// waits with its nearest neighbour.
 /// @param[out] merged_into per node of `graph` its node in the result.
 /// @return the merged graph, nodes ascending by id, all its edges settled.
 VoidGraph mergeNearestFirst(const VoidGraph& graph, const ClusterRule& rule, std::vector<int>& merged_into);

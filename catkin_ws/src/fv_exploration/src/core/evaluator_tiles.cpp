@@ -94,44 +94,39 @@ void Evaluator::refreshVoids(const std::vector<uint8_t>& stale) {
   void_voxels_ += gained;
 }
 
-Tile* Evaluator::tileWith(int t, const TileMask& mask) {
+/// Give the frontier or the voids of a tile another mask.
+/// @param label (tile, new mask) labels it; called when the mask has changed.
+/// @return how many voxels it has gained.
+template <class Label>
+int Evaluator::refresh(int t, LabelledMask Tile::*part, const TileMask& mask, uint8_t flag,
+                       const Label& label) {
   if (!tiles_[t] && !maskEmpty(mask)) tiles_[t] = std::make_unique<Tile>();
-  return tiles_[t].get();
+  if (!tiles_[t] || (tiles_[t].get()->*part).mask == mask) return 0;
+  LabelledMask& now = tiles_[t].get()->*part;
+  writeFlags(t, now.mask, mask, flag);
+  LabelledMask next;
+  next.mask = mask;
+  next.count = maskCount(mask);
+  label(*tiles_[t], next);
+  const int gained = next.count - now.count;
+  now = std::move(next);
+  return gained;
 }
 
-/// Returns how many voxels its frontier has gained.
 int Evaluator::refreshFrontier(int t) {
-  const TileMask mask = frontierMask(t);
-  Tile* tile = tileWith(t, mask);
-  if (!tile || tile->frontier.mask == mask) return 0;
-  writeFlags(t, tile->frontier.mask, mask, kFrontierFlag);
-  LabelledMask next;
-  next.mask = mask;
-  next.count = maskCount(mask);
-  components_[t] = next.labels = labelComponents(mask, next.runs);
-  frontier_touched_[t] = changedDirections(tile->frontier, next);
-  const int gained = next.count - tile->frontier.count;
-  tile->frontier = std::move(next);
-  return gained;
+  return refresh(t, &Tile::frontier, frontierMask(t), kFrontierFlag, [&](Tile& tile, LabelledMask& next) {
+    components_[t] = next.labels = labelComponents(next.mask, next.runs);
+    frontier_touched_[t] = changedDirections(tile.frontier, next);
+  });
 }
 
-/// Returns how many voxels its voids have gained.
 int Evaluator::refreshVoid(int t) {
-  const TileMask mask = voidMask(t);
-  Tile* tile = tileWith(t, mask);
-  if (!tile || tile->voids.mask == mask) return 0;
-  writeFlags(t, tile->voids.mask, mask, kVoidFlag);
-  LabelledMask next;
-  next.mask = mask;
-  next.count = maskCount(mask);
-  if (config_.tiled) {
-    tile->graph = clusterTile(mask, tileCorner(t), rule(), next.runs);
-    labels_[t] = next.labels = static_cast<int>(tile->graph.nodes.size());
-    void_touched_[t] = changedDirections(tile->voids, next);
-  }
-  const int gained = next.count - tile->voids.count;
-  tile->voids = std::move(next);
-  return gained;
+  return refresh(t, &Tile::voids, voidMask(t), kVoidFlag, [&](Tile& tile, LabelledMask& next) {
+    if (!config_.tiled) return;  // clusterWhole labels them
+    tile.graph = clusterTile(next.mask, tileCorner(t), rule(), next.runs);
+    labels_[t] = next.labels = static_cast<int>(tile.graph.nodes.size());
+    void_touched_[t] = changedDirections(tile.voids, next);
+  });
 }
 
 /// Write a flag in the rows of a tile in which its mask changes.
