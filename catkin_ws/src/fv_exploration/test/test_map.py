@@ -149,12 +149,10 @@ def test_a_map_read_into_bounds_and_other_clamps_is_the_map_cut(tmp_path):
     grid.write_ot(path)
     bounds = {"bounds_min": (-0.7, -1.1, -0.4), "bounds_max": (0.9, 0.6, 1.3)}
     cut = OccupancyMap.read(path, MapConfig(resolution_m=R, clamp_min=0.45, clamp_max=0.6, **bounds))
-    points = cut.voxels("unknown")
-    assert np.all(grid.classify(points) == -1)
+    assert np.all(grid.classify(cut.voxels("unknown")) == -1)
     for kind, value in (("free", 0), ("occupied", 1)):
-        points = cut.voxels(kind)
-        assert np.all(grid.classify(points) == value)
-        assert len(points) == cut.counts()[kind] > 20
+        assert np.all(grid.classify(cut.voxels(kind)) == value)
+        assert len(cut.voxels(kind)) == cut.counts()[kind] > 20
     again = str(tmp_path / "again.ot")
     cut.write_ot(again)
     assert OccupancyMap.read(again, cut.config).full_data() == cut.full_data()  # as pruned as can be
