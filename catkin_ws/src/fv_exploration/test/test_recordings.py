@@ -56,6 +56,28 @@ def test_pcds_that_are_cut_off_are_refused(tmp_path, kind):
         list(read_scans(path))
 
 
+@pytest.mark.parametrize("kind", ["ascii", "binary", "binary_compressed"])
+def test_damaged_pcds_are_read_or_refused_by_name(tmp_path, kind):
+    path = tmp_path / "cloud.pcd"
+    whole = pcd(kind)
+    random = np.random.default_rng(7)
+    refused = 0
+    for _ in range(500):
+        damaged = bytearray(whole)
+        for at in random.integers(len(whole), size=random.integers(1, 4)):
+            damaged[at] ^= 1 << random.integers(8)
+        path.write_bytes(damaged)
+        try:
+            list(read_scans(path))
+        except RecordingError as error:
+            assert str(path) in str(error)
+            refused += 1
+    assert refused > 50
+    path.write_bytes(whole.replace(b"TYPE F F F", b"TYPE G F F"))
+    with pytest.raises(RecordingError, match="cloud.pcd"):
+        list(read_scans(path))
+
+
 def test_pcds_without_coordinates_or_header_are_refused(tmp_path):
     path = tmp_path / "cloud.pcd"
     for data, text in ((header("ascii", fields="a b c"), "needs x, y and z"), (b"\x89PNG\r\n", "header")):

@@ -51,9 +51,19 @@ def read_scans(path: Path | str, topic: str = "", map_frame: str = "") -> Iterat
 def read_pcd(path: Path) -> RecordedScan:
     """A PCD file (ascii, binary or binary_compressed) with the viewpoint of its header.
 
-    :raises RecordingError: for files that are cut off or have no x, y and z.
+    :raises RecordingError: for files that are cut off or damaged, or have no x, y and z.
     """
-    data = path.read_bytes()
+    try:
+        return _pcd_scan(path, path.read_bytes())
+    except RecordingError as error:
+        if str(path) in str(error):
+            raise
+        raise RecordingError(f"{path}: {error}") from error
+    except (ValueError, KeyError, IndexError, TypeError, OverflowError, MemoryError) as error:
+        raise RecordingError(f"{path}: is no PCD file that can be read: {error}") from error
+
+
+def _pcd_scan(path: Path, data: bytes) -> RecordedScan:
     header, body = _pcd_header(path, data)
     fields = header["FIELDS"]
     if not {"x", "y", "z"} <= set(fields):
@@ -61,6 +71,10 @@ def read_pcd(path: Path) -> RecordedScan:
     counts = [int(c) for c in header.get("COUNT", ["1"] * len(fields))]
     formats = [f"<{_pcd_kind(t)}{s}" for t, s in zip(header["TYPE"], header["SIZE"], strict=True)]
     count = int(header["POINTS"][0])
+    if count < 0 or min(counts) < 1:
+        raise RecordingError(
+            f"{path}: has {count} points with fields of {counts} numbers; valid: 0 or more, 1 or more"
+        )
     kind = header["DATA"][0]
     if kind == "ascii":
         columns = _ascii_columns(path, body, fields, counts, count)
