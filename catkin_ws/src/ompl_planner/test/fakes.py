@@ -24,7 +24,7 @@ class FakeMap:
     """The explorer's latched map, made of boxes."""
 
     def __init__(self) -> None:
-        self._pub = rospy.Publisher("/fv_exploration/map", MapUpdate, queue_size=1, latch=True)
+        self.pub = rospy.Publisher("/fv_exploration/map", MapUpdate, queue_size=1, latch=True)
         self.sequence = 0
 
     def publish(
@@ -51,12 +51,12 @@ class FakeMap:
             unknown=np.reshape(unknown, (-1, 6)).astype(float),
         )
         msg.octomap.data = np.frombuffer(payload, dtype=np.int8).tolist()
-        self._pub.publish(msg)
+        self.pub.publish(msg)
         return self.sequence
 
     def publish_raw(self, msg: MapUpdate) -> None:
         """Publish a message as it is, for maps that must be refused."""
-        self._pub.publish(msg)
+        self.pub.publish(msg)
 
 
 class FakeRobot:

@@ -5,6 +5,7 @@ import collections
 import math
 import random
 import signal
+import struct
 import sys
 import time
 from pathlib import Path
@@ -17,6 +18,7 @@ from fv_msgs.msg import (
     AttachedObject,
     ExecuteMotionActionResult,
     ExecuteMotionResult,
+    MapUpdate,
     PlanAndExecuteActionResult,
     PlanAndExecuteResult,
     PlanMotionActionResult,
@@ -203,6 +205,25 @@ class GoalsTest(PlannerCase):
             for word in words:
                 self.assertIn(word, answered.message)
         self.assert_status(self.plan(goal_name="home"), Status.SUCCESS)
+
+    def test_full_maps_are_read_and_broken_ones_do_no_harm(self) -> None:
+        told: list[MapUpdate] = []
+        subscriber = rospy.Subscriber("/fv_exploration/map", MapUpdate, told.append)
+        update = wait_for(lambda: told, "the map")[-1]
+        subscriber.unregister()
+        update.octomap.binary = False
+        leaf = list(struct.pack("<fb", -1.0, 0))  # free, no children: all of space
+        for data, status in (
+            (leaf, Status.SUCCESS),
+            (leaf * 2, Status.NO_MAP),
+            ([-1] * 100_000, Status.NO_MAP),
+        ):
+            self.map.sequence += 1
+            update.sequence = self.map.sequence
+            update.octomap.data = [byte if byte < 128 else byte - 256 for byte in data]
+            self.map.pub.publish(update)
+            fields = {"goal_name": "home", "min_map_sequence": 0}
+            wait_for(lambda s=status, f=fields: self.plan(**f).status == s, f"status {status}")
 
     def test_z_ending_the_node_stops_the_arm_and_answers(self) -> None:  # the last: it ends the node
         self.robot.slowdown = 10.0

@@ -3,6 +3,7 @@
 #include <octomap/OcTree.h>
 
 #include <algorithm>
+#include <bitset>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
@@ -97,6 +98,31 @@ fv_robot_model::Shape shapeFromMsg(const fv_msgs::AttachedObject& msg) {
   }
 }
 
+/// OctoMap reads its full format without looking at depths: broken data overflow its stack. A float and a
+/// byte of children for each node, depth first. @throws std::invalid_argument unless the data are exactly one
+/// tree.
+void checkFullPayload(const std::vector<std::int8_t>& data) {
+  constexpr std::size_t kNodeBytes = 5;
+  constexpr std::size_t kDepth = 16;
+  std::vector<std::size_t> to_come{1};  // nodes, by depth
+  std::size_t at = 0;
+  while (!to_come.empty()) {
+    if (to_come.back() == 0) {
+      to_come.pop_back();
+      continue;
+    }
+    --to_come.back();
+    if (at + kNodeBytes > data.size()) throw std::invalid_argument("map: its data are broken");
+    const std::bitset<8> children(static_cast<std::uint8_t>(data[at + kNodeBytes - 1]));
+    at += kNodeBytes;
+    if (children.none()) continue;
+    if (to_come.size() > kDepth)
+      throw std::invalid_argument("map: its data are broken: deeper than 16 levels");
+    to_come.push_back(children.count());
+  }
+  if (at != data.size()) throw std::invalid_argument("map: its data are broken: more comes after the tree");
+}
+
 std::vector<double> toList(const JointVector& values) {
   return {values.data(), values.data() + values.size()};
 }
@@ -141,6 +167,7 @@ VoxelGrid gridFromMsg(const fv_msgs::MapUpdate& msg, const Eigen::AlignedBox3d& 
   if (octomap.binary) {
     return VoxelGrid::fromBinaryPayload(octomap.data.data(), octomap.data.size(), octomap.resolution, region);
   }
+  checkFullPayload(octomap.data);
   octomap::OcTree tree(octomap.resolution);
   std::stringstream stream(std::string(octomap.data.begin(), octomap.data.end()));
   tree.readData(stream);
