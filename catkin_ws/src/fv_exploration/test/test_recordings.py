@@ -74,7 +74,7 @@ def test_damaged_pcds_are_read_or_refused_by_name(tmp_path, kind):
             refused += 1
     assert refused > 50
     path.write_bytes(whole.replace(b"TYPE F F F", b"TYPE G F F"))
-    with pytest.raises(RecordingError, match="cloud.pcd"):
+    with pytest.raises(RecordingError, match=r"cloud\.pcd"):
         list(read_scans(path))
 
 
