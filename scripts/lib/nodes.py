@@ -151,6 +151,8 @@ class ExplorationNodes:
             handle.cancel()
             self._watch(handle, CANCEL_TIMEOUT_S)
         result: ExploreResult = handle.get_result()
+        if result.status not in STATUS_NAMES:
+            raise SessionError(f"the exploration was dropped; logs are in {self._session.log_dir}")
         return {
             "result": STATUS_NAMES[result.status],
             "reason": result.message,
@@ -243,7 +245,8 @@ class ExplorationNodes:
     def _watch(self, handle: actionlib.ClientGoalHandle, timeout_s: float = float("inf")) -> None:
         """Wait for the result; SessionError when a node dies meanwhile."""
         deadline = time.monotonic() + timeout_s
-        while handle.get_comm_state() != actionlib.CommState.DONE:
+        # A cancel that crosses the answer takes the handle back out of DONE: the result itself tells.
+        while handle.get_comm_state() != actionlib.CommState.DONE and handle.get_result() is None:
             self._session.require_alive()
             if time.monotonic() > deadline:
                 raise SessionError(f"the exploration did not end; logs are in {self._session.log_dir}")

@@ -1,6 +1,8 @@
 """What is said when pictures cannot be taken: no display, an RViz that fails and fails again."""
 
 import shutil
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
@@ -36,6 +38,34 @@ def test_an_rviz_that_fails_is_started_once_more_and_then_named(failing):
         taker.take({"grab": "a.png"})
     taker.close()
     assert len(failing) == 2
+
+
+def test_a_camera_that_is_closed_does_not_wait_for_its_picture_nor_start_again(monkeypatch):
+    asked, ended = threading.Event(), threading.Event()
+    starts = []
+
+    class Hanging:
+        def __init__(self, config, display):
+            starts.append(display)
+
+        def order(self, order, timeout_s):
+            asked.set()
+            assert ended.wait(30), "nobody closed it"
+            raise camera.RvizFailed("died with code -15")
+
+        def close(self):
+            ended.set()
+
+    monkeypatch.setattr(camera, "RvizProcess", Hanging)
+    monkeypatch.setenv("DISPLAY", ":nowhere")
+    taker = camera.Camera(ScreenshotConfig())
+    with ThreadPoolExecutor() as others:
+        picture = others.submit(taker.take, {"grab": "a.png"})
+        assert asked.wait(30)
+        taker.close()
+        with pytest.raises(camera.RvizFailed, match="died with code -15"):
+            picture.result(30)
+    assert len(starts) == 1
 
 
 def test_neither_display_nor_xvfb_is_said_and_nothing_is_left_behind(monkeypatch):

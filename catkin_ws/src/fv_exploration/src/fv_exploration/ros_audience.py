@@ -137,6 +137,8 @@ class RosAudience:
     def decided(self, candidates: Candidates, chosen: int, step: Step) -> None:
         """See ``exploration.Audience``."""
         message = conversions.views_msg(candidates, chosen, self._header())
+        if self._last:
+            message.map_sequence = self._last[0].sequence
         message.view_number = step.view
         message.horizontal_fov = self._camera.horizontal_fov_rad
         message.vertical_fov = self._camera.vertical_fov_rad

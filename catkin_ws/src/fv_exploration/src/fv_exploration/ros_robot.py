@@ -13,7 +13,6 @@ import numpy as np
 import rospy
 import tf2_ros
 from actionlib import CommState
-from actionlib_msgs.msg import GoalStatus
 from fv_msgs.msg import (
     ExecuteMotionAction,
     ExecuteMotionGoal,
@@ -173,7 +172,8 @@ class RosRobot:
         """
         handle = client.send_goal(goal)
         cancelled = False
-        while handle.get_comm_state() not in (CommState.DONE, CommState.LOST):
+        # A cancel that crosses the answer takes the handle back out of DONE: the result itself tells.
+        while handle.get_result() is None and handle.get_comm_state() not in (CommState.DONE, CommState.LOST):
             if rospy.is_shutdown() or client.pub_goal.get_num_connections() == 0:
                 raise ExplorationError(f"{client.ns} went away")
             if self._stop() and not cancelled:
@@ -183,8 +183,7 @@ class RosRobot:
         result = handle.get_result()
         if result is None:
             raise ExplorationError(f"{client.ns} did not answer: {handle.get_goal_status_text()}")
-        if handle.get_terminal_state() in (GoalStatus.RECALLED, GoalStatus.REJECTED) and not cancelled:
-            # An empty result, as actionlib gives when /clock has jumped back, must not pass for a success.
+        if result.status == result.NO_RESULT and not cancelled:  # as actionlib gives for a goal it dropped
             raise ExplorationError(f"{client.ns} dropped the goal: {handle.get_goal_status_text()}")
         return result
 

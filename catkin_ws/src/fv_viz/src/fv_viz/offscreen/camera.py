@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+import threading
 from concurrent.futures import ThreadPoolExecutor
 
 from fv_viz.config import ScreenshotConfig
@@ -26,6 +27,7 @@ class RvizProcess:
     def __init__(self, config: ScreenshotConfig, display: str) -> None:
         reader, writer = os.pipe()
         self._replies: int | None = reader
+        self._closing = threading.Lock()
         self._display = display
         environment = {**os.environ, "DISPLAY": display}
         environment.setdefault("LIBGL_ALWAYS_SOFTWARE", "1")
@@ -51,6 +53,8 @@ class RvizProcess:
 
     def order(self, order: dict, timeout_s: float) -> dict:
         """Send one order and wait for its reply; raises RvizFailed, or ValueError when RViz refuses the order."""
+        if self._replies is None:
+            raise RvizFailed("RViz has been closed")
         try:
             self._process.stdin.write(json.dumps(order).encode() + b"\n")
             self._process.stdin.flush()
@@ -63,7 +67,9 @@ class RvizProcess:
 
     def close(self) -> None:
         """End RViz; a second call does nothing."""
-        if self._replies is not None:
+        with self._closing:  # who waits for a reply closes, too, when RViz ends
+            if self._replies is None:
+                return
             processes.stop(self._process, patience_s=1.0)
             self._process.stdin.close()
             os.close(self._replies)
@@ -94,6 +100,7 @@ class Camera:
         self._config = config
         self._server: Xvfb | None = None
         self._rviz: RvizProcess | None = None
+        self._closed = False
         # One thread for all orders: programs end with the thread that started them, see die_with_parent.
         self._worker = ThreadPoolExecutor(max_workers=1)
 
@@ -114,11 +121,11 @@ class Camera:
         return self._worker.submit(self._take, {"settle_s": self._config.settle_s, **order}).result()
 
     def close(self) -> None:
-        """End RViz and the X server that was started here."""
-        if self._rviz:
-            self._rviz.close()
-            self._rviz = None
+        """End RViz and the X server that was started here; a picture that is being waited for fails."""
+        self._closed = True
+        self._end_rviz(self._rviz)
         self._worker.shutdown()
+        self._end_rviz(self._rviz)  # it may have been about to start
         if self._server:
             self._server.close()
             self._server = None
@@ -134,6 +141,8 @@ class Camera:
         try:
             return self._try(order)
         except RvizFailed as first:
+            if self._closed:
+                raise
             try:
                 return self._try(order)
             except RvizFailed as second:
@@ -141,9 +150,14 @@ class Camera:
 
     def _try(self, order: dict) -> dict:
         self._start()
+        rviz = self._rviz
         try:
-            return self._rviz.order(order, self._config.timeout_s)
+            return rviz.order(order, self._config.timeout_s)
         except RvizFailed:
-            self._rviz.close()
-            self._rviz = None
+            self._end_rviz(rviz)
             raise
+
+    def _end_rviz(self, rviz: RvizProcess | None) -> None:
+        if rviz:
+            rviz.close()
+        self._rviz = None
