@@ -42,7 +42,7 @@ struct Evaluation {
   std::vector<FrontierVoid> frontier_voids;  ///< ellipsoids that neighbour a frontier, ascending
   std::vector<int> neighbour_clusters;       ///< per frontier-void its frontier clusters, ascending
   int clusters = 0;                          ///< number of frontier clusters
-  std::map<std::string, int64_t> counts;     ///< frontier, void, tiles_dirty, ...
+  std::map<std::string, int64_t> counts;     ///< frontier, void, tiles_stale (frontiers looked at anew), ...
   std::map<std::string, double> timings;     ///< [s]
   /// As new, but for the memory it holds.
   void clear() {
