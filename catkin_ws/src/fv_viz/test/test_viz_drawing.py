@@ -1,15 +1,18 @@
 """Messages in, markers out."""
 
 import io
+import itertools
 
 import numpy as np
 import pytest
 import viz_synthetic
-from fv_msgs.msg import Evaluation, Views
+from fv_msgs.msg import Ellipsoid, Evaluation, FrontierVoid, Views
+from geometry_msgs.msg import Point, Quaternion, Vector3
+from rospy.numpy_msg import numpy_msg
 from scipy.spatial.transform import Rotation
 from visualization_msgs.msg import Marker, MarkerArray
 
-from fv_viz import decisions, packing
+from fv_viz import decisions, packing, viz_node
 from fv_viz.config import VizConfig
 from fv_viz.evaluation import EvaluationDrawing
 from fv_viz.layers import unknown_cells, utility_values
@@ -69,6 +72,82 @@ def test_an_empty_evaluation_draws_nothing(drawing):
     for name in VOXEL_LAYERS:
         if name != "unknown":
             assert getattr(drawing, name)(HEADER, Evaluation(resolution=0.1), True) == []
+
+
+def as_received(msg):
+    """The message as the node gets it: sequences of numbers are read-only arrays."""
+    stream = io.BytesIO()
+    msg.serialize(stream)
+    return numpy_msg(Evaluation)().deserialize_numpy(stream.getvalue(), np)
+
+
+def shown_after(shown, blobs):
+    """What RViz holds, by namespace and number, after these markers: how many points, and where the first is."""
+    for marker in read(blobs):
+        if marker.action == Marker.DELETEALL:
+            shown = {}
+        elif marker.action == Marker.DELETE:
+            shown.pop((marker.ns, marker.id), None)
+        else:
+            corner = marker.points[0] if marker.points else marker.pose.position
+            shown[marker.ns, marker.id] = marker.ns, len(marker.points), corner.x, corner.y, corner.z
+    return shown
+
+
+GROUPS = {
+    "frontier": ("frontier", "frontier_cluster"),
+    "void": ("void", "void_ellipsoid", "ellipsoids", "initial_ellipsoids", "frontier_voids"),
+    "utility": ("utility_points", "utility", "utility_direction"),
+    "known": ("occupied", "free"),
+}
+
+
+def few_voxels():
+    """An evaluation with a few voxels of each kind, which lie in two blocks."""
+    rng = np.random.default_rng(4)
+    size = 0.1
+    frontier, void, free, occupied, useful = (
+        ((rng.integers((4, 0, 0), (12, 8, 8), (12, 3)) + 0.5) * size).astype(np.float32).ravel()
+        for _ in range(5)
+    )
+    ellipsoid = Ellipsoid(Point(), Quaternion(w=1.0), Vector3(0.2, 0.1, 0.1), 12, 0.8)
+    return Evaluation(
+        resolution=size,
+        **{"frontier": frontier, "void": void, "free": free, "occupied": occupied, "utility_points": useful},
+        frontier_cluster=np.arange(12, dtype=np.uint32) % 2,
+        void_ellipsoid=np.zeros(12, dtype=np.uint32),
+        ellipsoids=[ellipsoid],
+        initial_ellipsoids=[ellipsoid, ellipsoid],
+        frontier_voids=[FrontierVoid(0, np.array([1], dtype=np.uint32))],
+        utility=rng.uniform(0.1, 1.0, 12).astype(np.float32),
+        utility_direction=np.tile(np.float32([0, 0, 1]), 12),
+    )
+
+
+def emptied(evaluation, kept):
+    """The evaluation with only these of its groups of sequences filled."""
+    fields = [field for group in kept for field in GROUPS[group]]
+    return Evaluation(resolution=evaluation.resolution, **{f: getattr(evaluation, f) for f in fields})
+
+
+@pytest.mark.parametrize("first", [(), tuple(GROUPS)])
+def test_sequences_that_become_empty_or_filled_leave_what_a_new_display_would_show(first):
+    evaluation = few_voxels()
+    names = [n for n in viz_node.EVALUATION_LAYERS if n != "void"]
+    for count in range(len(GROUPS) + 1):
+        for kept in itertools.combinations(GROUPS, count):
+            old, new = (EvaluationDrawing(VizConfig(block_voxels=8)) for _ in range(2))
+            for drawing in (old, new):
+                drawing.set_bounds(np.zeros(3), np.array([1.2, 0.8, 0.8]))
+            messages = [as_received(emptied(evaluation, part)) for part in (first, kept)]
+            for name in names:
+                shown = {}
+                for number, message in enumerate(messages):
+                    shown = shown_after(shown, getattr(old, name)(HEADER, message, number == 0))
+                expected = shown_after({}, getattr(new, name)(HEADER, messages[-1], True))
+                assert sorted(shown.values()) == sorted(expected.values()), (name, kept)
+            cloud = old.void(HEADER, messages[-1], False)
+            assert bool(cloud.width) == ("void" in kept)
 
 
 def test_broken_lists_are_refused(drawing):

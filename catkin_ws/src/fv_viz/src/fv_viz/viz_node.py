@@ -8,6 +8,7 @@ from __future__ import annotations
 import threading
 import time
 
+import numpy as np
 import rospy
 from fv_msgs.msg import Contacts, Evaluation, ExplorationVolume, PlannedPath, Views
 from rospy.numpy_msg import numpy_msg
@@ -130,7 +131,15 @@ class VizNode:
             self._on_message(msg, "contacts")
 
     def _on_joints(self, msg) -> None:
-        self._joints.update(zip(msg.name, msg.position, strict=False))
+        if len(msg.name) != len(msg.position):
+            rospy.logwarn_throttle(
+                30.0,
+                "%d names with %d positions on /joint_states: left out",
+                len(msg.name),
+                len(msg.position),
+            )
+            return
+        self._joints.update(zip(msg.name, msg.position, strict=True))
 
     def _draw_legend(self, filled: set[str]) -> None:
         """The legend of what somebody looks at and is not empty, when it is other than before."""
@@ -148,7 +157,8 @@ class VizNode:
                     stale = presence.is_stale(messages, source)
                     self._draw(name, messages[source], whole, stale)
                 except (ValueError, IndexError) as error:
-                    rospy.logerr("layer %s not drawn: %s", name, error)
+                    rospy.logerr("layer %s not drawn, and emptied: %s", name, error)
+                    self._empty(name, messages[source].header.frame_id)
         self._state.publish(presence.State.of(messages).to_text())
         rospy.logdebug("%d layers in %.3f s", len(due), time.monotonic() - started)
 
@@ -171,6 +181,15 @@ class VizNode:
                 out = [shapes.clear(header), *out]
             out = packing.PackedMarkers(out)
         self._publishers[name].publish(out)
+
+    def _empty(self, name: str, frame: str) -> None:
+        """Take a layer away that cannot be drawn: what is left of an older one would be taken for it."""
+        self._held.pop(name, None)  # the next one is sent whole
+        header = Header(frame_id=frame or "world")
+        if name == "void":
+            self._publishers[name].publish(packing.cloud(header, np.empty((0, 3)), np.zeros(3)))
+        else:
+            self._publishers[name].publish(packing.PackedMarkers([shapes.clear(header)]))
 
     def _robot_shapes(self) -> RobotShapes | None:
         if self._robot is None and rospy.has_param("/robot_description"):

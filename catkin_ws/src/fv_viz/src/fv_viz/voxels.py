@@ -122,7 +122,9 @@ class VoxelBlocks:
             finite = np.isfinite(centers).all(axis=1)
             centers = centers[finite]
             values = values[finite] if np.ndim(values) else values
-        scaled = np.ascontiguousarray(centers.T[::-1])  # rows of z, y, x: several times faster to reduce
+        # Rows of z, y, x: several times faster to reduce. A copy always: of no rows it were a view, and messages are
+        # read-only.
+        scaled = np.array(centers.T[::-1], order="C")
         scaled *= np.float32(1.0 / self.resolution)
         scaled -= np.float32(0.5)
         return np.rint(scaled, out=scaled).astype(np.int32), values
