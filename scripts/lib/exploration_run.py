@@ -13,6 +13,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+import own_network
 from nodes import ExplorationNodes
 from progress import Progress
 from ros_session import RosSession, SessionError
@@ -61,12 +62,17 @@ def make_run_folder(arguments: argparse.Namespace) -> Path:
     return folder
 
 
-def explore(arguments: argparse.Namespace, nodes: ExplorationNodes, folder: Path) -> dict[str, Any]:
+def explore(
+    arguments: argparse.Namespace, nodes: ExplorationNodes, folder: Path, open_doors: str
+) -> dict[str, Any]:
     """Run one exploration; the content of run.json."""
     started = time.monotonic()
     progress = Progress()
     with RosSession(folder / "logs", arguments.port) as session:
-        progress.say(f"starting the nodes (ROS master on port {session.port})")
+        where = "a network of its own" if own_network.is_own() else "this machine's network"
+        progress.say(f"starting the nodes (ROS master on port {session.port} of {where})")
+        if open_doors:
+            progress.say(f"warning: {open_doors}")
         nodes.start(session, folder, progress)
         result = nodes.run_exploration(progress)
         contacts = nodes.contacts()
@@ -84,6 +90,7 @@ def explore(arguments: argparse.Namespace, nodes: ExplorationNodes, folder: Path
         "wall_s": round(time.monotonic() - started, 2),
         **result,
         **nodes.description(),
+        "warnings": [open_doors] if open_doors else [],
     }
     progress.end()
     return record
@@ -145,12 +152,15 @@ def summary(record: dict[str, Any], folder: Path) -> str:
     return "\n".join([*lines, f"Results: {folder} (README.txt says what is what)"])
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """The whole command; the exit code."""
+def run(arguments: argparse.Namespace, open_doors: str = "") -> int:
+    """The whole command; the exit code.
+
+    :param open_doors: what a user has to know when the nodes can be reached from elsewhere and nobody asked for it.
+    """
     nodes = ExplorationNodes(arguments)
     folder = make_run_folder(arguments)
     try:
-        record = explore(arguments, nodes, folder)
+        record = explore(arguments, nodes, folder, open_doors)
         # At once: the comparison may take minutes, and be interrupted.
         write_json(folder / "run.json", record)
         wanted = not arguments.no_truth and record["result"] != "CANCELLED"  # who cancels wants an end

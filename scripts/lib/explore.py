@@ -12,6 +12,7 @@ import os
 import sys
 from pathlib import Path
 
+import own_network
 from interrupts import INTERRUPTED, interrupt_on_signals
 from ros_session import SessionError
 
@@ -61,6 +62,11 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
         "--no-truth", action="store_true", help="do not compare the map with the world at the end"
     )
     parser.add_argument("--port", type=int, default=0, help="of the ROS master (default: a free one)")
+    parser.add_argument(
+        "--shared-network",
+        action="store_true",
+        help="let other shells and hosts reach the run's nodes (default: a network of its own; docs/security.md)",
+    )
     arguments = parser.parse_args(words)
     for name in ("views", "seconds", "seed"):
         if not math.isfinite(getattr(arguments, name)) or getattr(arguments, name) < 0:
@@ -76,13 +82,26 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
     return arguments
 
 
+def close_doors(arguments: argparse.Namespace) -> str:
+    """Move into a network of the run's own where that is wanted; where it is not possible, what a user has to know."""
+    if arguments.shared_network:
+        return ""
+    display = os.environ.get("DISPLAY", "")
+    if arguments.rviz and not own_network.reaches_display(display):
+        refused = f"RViz reaches DISPLAY={display} over the network only"
+    else:
+        refused = own_network.enter()
+    return refused and own_network.OPEN_DOORS.format(refused)
+
+
 def main() -> int:
     interrupt_on_signals()
     try:
         arguments = parse_arguments(sys.argv[1:])
+        open_doors = close_doors(arguments)  # before the imports below, which start threads
         from exploration_run import run  # here, not above: see there
 
-        return run(arguments)
+        return run(arguments, open_doors)
     except SessionError as error:
         print(f"explore: {error}", file=sys.stderr)
     except OSError as error:

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import own_network
 from interrupts import interrupt_on_signals, leave
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -112,6 +113,7 @@ def measure(arguments: argparse.Namespace) -> int:
 def main() -> int:
     interrupt_on_signals()
     arguments = parse_arguments(sys.argv[1:])
+    own_network.enter_or_say("bench")
     try:
         return measure(arguments)
     except KeyboardInterrupt:

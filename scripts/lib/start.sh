@@ -22,6 +22,7 @@ start() {
     setpriv --pdeathsig TERM "$scripts/setup" --quiet $options
   fi
   . "$scripts/env"
+  [ "$1" = python3 ] || set -- python3 "$scripts/lib/own_network.py" "$@"  # our own Python enters it by itself
   exec python3 "$scripts/lib/supervise.py" "$@"
 }
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 SUPERVISE = Path(__file__).parents[1] / "supervise.py"
+OWN_NETWORK = SUPERVISE.with_name("own_network.py")
 # The command starts a process in a session of its own, as a node is, which starts another one.
 COMMAND = """
 import os, subprocess, sys, time
@@ -52,10 +53,10 @@ def wait_until(condition, seconds: float = 30.0) -> bool:
     return condition()
 
 
-@pytest.fixture
-def family(tmp_path):
+@pytest.fixture(params=[[], [sys.executable, str(OWN_NETWORK)]], ids=["plain", "own network"])
+def family(request, tmp_path):
     """The process that was called, and the ids below it: keeper, command, node, the node's child."""
-    top = supervise(sys.executable, "-c", COMMAND, cwd=tmp_path)
+    top = supervise(*request.param, sys.executable, "-c", COMMAND, cwd=tmp_path)
     assert wait_until((tmp_path / "pids").exists)
     pids = [int(word) for word in (tmp_path / "pids").read_text().split()]
     assert all(map(runs, pids))

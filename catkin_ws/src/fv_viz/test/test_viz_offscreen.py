@@ -3,6 +3,7 @@
 import shutil
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import pytest
 
@@ -78,11 +79,20 @@ def test_neither_display_nor_xvfb_is_said_and_nothing_is_left_behind(monkeypatch
 
 
 @pytest.mark.skipif(not shutil.which("Xvfb"), reason="no Xvfb")
-def test_an_x_server_of_our_own_has_a_free_number():
+def test_an_x_server_of_our_own_has_a_free_number_and_leaves_the_socket_files_of_others_alone():
+    """From a network namespace of its own it does not see that a number is taken, but the files are everyone's."""
+    before = x_socket_files()
     one, two = xvfb.Xvfb(), xvfb.Xvfb()
     assert one.name != two.name
+    assert x_socket_files() == before
     one.close()
     two.close()
+    assert x_socket_files() == before
+
+
+def x_socket_files() -> dict[str, int]:
+    """Name and inode of each socket file of an X server."""
+    return {path.name: path.stat().st_ino for path in Path("/tmp/.X11-unix").glob("X*")}
 
 
 def test_a_figure_that_fails_does_not_keep_the_others_from_being_made(monkeypatch, tmp_path, capsys):

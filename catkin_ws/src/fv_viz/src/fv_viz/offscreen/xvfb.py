@@ -27,8 +27,9 @@ class Xvfb:
             "-screen",
             "0",
             f"{width}x{height}x24",
-            "-nolisten",
-            "tcp",
+            *("-nolisten", "tcp"),
+            # Its socket file would replace that of a display outside of this network namespace, which it cannot see.
+            *("-nolisten", "unix"),
         ]
         self._process = subprocess.Popen(
             arguments,
