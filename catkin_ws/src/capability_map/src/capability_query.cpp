@@ -11,6 +11,8 @@ namespace capability_map {
 
 namespace {
 
+constexpr size_t kMostBytes = size_t{1} << 29;  // far above any arm's map
+
 /// Angle over which directions are blended: beyond that of the nearest three, for single bits are coarse.
 double blendReach(Eigen::Index directions) {
   const double spacing = std::sqrt(4.0 * M_PI / static_cast<double>(std::max<Eigen::Index>(1, directions)));
@@ -48,6 +50,11 @@ CapabilityQuery::CapabilityQuery(const SphereGrid& grid, const Points& view_dire
   column_bytes_ = (static_cast<size_t>(grid.size.z()) + 2 + 7) / 8 + 1;
   plane_bytes_ = column_bytes_ * (static_cast<size_t>(grid.size.y()) + 2);
   volume_bytes_ = plane_bytes_ * (static_cast<size_t>(grid.size.x()) + 2);
+  if (volume_bytes_ > kMostBytes / static_cast<size_t>(view_directions.rows())) {
+    throw std::invalid_argument(std::to_string(grid.cellCount()) + " cells with " +
+                                std::to_string(view_directions.rows()) +
+                                " directions need more than 512 MiB");
+  }
   volumes_.assign(volume_bytes_ * static_cast<size_t>(view_directions.rows()), 0);
   for (int64_t cell = 0; cell < grid.cellCount(); ++cell) {
     const int32_t row = bits.row_of_cell[static_cast<size_t>(cell)];

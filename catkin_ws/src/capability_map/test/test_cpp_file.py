@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import resource
 import subprocess
+import sys
 from pathlib import Path
 
 import h5py
@@ -10,7 +12,7 @@ import numpy as np
 import pytest
 from test_store import sign
 
-from capability_map import _core, check
+from capability_map import CapabilityMap, CapabilityMapError, _core, check
 
 QUERY = Path(_core.__file__).parents[3] / "capability_map" / "query"
 
@@ -79,6 +81,56 @@ def test_a_wrong_content_under_a_right_checksum_never_crashes(map_path, tmp_path
         done = ask(path, "0 0 0.4 0 0 1")
         assert done.returncode in (0, 1)
         assert done.returncode == 0 or str(path) in done.stderr
+
+
+def lies_about_a_size(map_path, path, name):
+    """A map whose dataset promises some terabytes, of which nothing was written."""
+    path.write_bytes(map_path.read_bytes())
+    with h5py.File(path, "r+") as file:
+        kind, rank = file[name].dtype, file[name].ndim
+        del file[name]
+        file.create_dataset(name, (1 << 40, *[3] * (rank - 1)), kind, chunks=(64, *[3] * (rank - 1)))
+    sign(path)
+
+
+READ = """
+import sys, capability_map
+try: capability_map.CapabilityMap.load(sys.argv[1])
+except capability_map.CapabilityMapError as err: print(err)
+"""
+
+
+@pytest.mark.parametrize("name", ["spheres/cell", "spheres/bits", "directions/outward", "points/witness"])
+@pytest.mark.parametrize("reader", [[QUERY], [sys.executable, "-c", READ]], ids=["C++", "Python"])
+def test_a_size_that_lies_takes_no_memory(map_path, tmp_path, name, reader):
+    path = tmp_path / "lies.h5"
+    lies_about_a_size(map_path, path, name)
+    done = subprocess.run(
+        [*reader, path],
+        input="",
+        capture_output=True,
+        text=True,
+        check=False,
+        timeout=120,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30)),
+    )
+    told = done.stdout + done.stderr
+    assert f"{path}: dataset {name} promises more numbers than a file of this size can hold" in told
+    assert len(told.splitlines()) == 1
+
+
+def test_a_grid_that_lies_takes_no_memory(map_path, tmp_path):
+    path = tmp_path / "lies.h5"
+    path.write_bytes(map_path.read_bytes())
+    with h5py.File(path, "r+") as file:
+        file["grid/size"][...] = [400, 500, 500]
+        file["spheres/cell"][...] = np.arange(len(file["spheres/cell"]))
+    sign(path)
+    with pytest.raises(
+        CapabilityMapError, match=r"lies\.h5: 100000000 cells with \d+ directions need more than 512 MiB"
+    ):
+        CapabilityMap.load(path)
+    assert "directions need more than 512 MiB" in ask(path).stderr
 
 
 def test_wrong_words_on_the_command_line_are_explained(map_path):

@@ -47,7 +47,10 @@ class CapabilityMap:
                 f"{path} was made for another URDF: its hash is {data.urdf_sha256}, that of the robot "
                 f"{urdf_hash(urdf_xml)}; build the map again"
             )
-        return cls(data)
+        try:
+            return cls(data)
+        except ValueError as err:
+            raise CapabilityMapError(f"{path}: {err}") from err
 
     def query(self, positions: np.ndarray, directions: np.ndarray, interpolate: bool = True) -> np.ndarray:
         """Return how surely each view can be held, (N,) float32 in 0..1.

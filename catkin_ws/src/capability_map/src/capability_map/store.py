@@ -24,6 +24,7 @@ from capability_map.shapes import RULES
 SCHEMA_VERSION = 2
 DEFAULT_THRESHOLD = 0.4  # of a map that nobody calibrated
 _BLOCK = 512
+_MOST_SHRUNK = 1100  # a byte in the file may stand for 1032 by deflate, never for more
 _ANY_VERSION = b"capability_map "
 _MAGIC = _ANY_VERSION + f"{SCHEMA_VERSION} sha256 ".encode()
 
@@ -131,7 +132,7 @@ def load(path: Path) -> MapData:
     content = _verified(path)
     try:
         with h5py.File(io.BytesIO(content), "r") as file:
-            data = _read(file)
+            data = _read(file, len(content))
     except CapabilityMapError as err:
         raise CapabilityMapError(f"{path}: {err}") from err
     except Exception as err:  # h5py raises nearly every kind of error on a file of a foreign form
@@ -161,11 +162,18 @@ def _verified(path: Path) -> bytes:
     return content
 
 
-def _read(file: h5py.File) -> MapData:
+def _check_size(name: str, item: h5py.Dataset | h5py.Group, file_bytes: int) -> None:
+    """Before memory is taken for what a header promises."""
+    if isinstance(item, h5py.Dataset) and item.size * item.dtype.itemsize > _MOST_SHRUNK * file_bytes:
+        raise CapabilityMapError(f"dataset {name} promises more numbers than a file of this size can hold")
+
+
+def _read(file: h5py.File, size: int) -> MapData:
     if file.attrs.get("schema") != "capability_map" or int(file.attrs["schema_version"]) != SCHEMA_VERSION:
         raise CapabilityMapError(
             f"schema {file.attrs.get('schema')} {file.attrs.get('schema_version')}, wanted {SCHEMA_VERSION}"
         )
+    file.visititems(lambda name, item: _check_size(name, item, size))
     arrays = {name: np.asarray(file[where], dtype) for name, (where, dtype, _) in _ARRAYS.items()}
     return MapData(
         **{name: str(file.attrs[name]) for name in _TEXTS},

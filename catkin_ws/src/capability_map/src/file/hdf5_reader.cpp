@@ -1,5 +1,6 @@
 #include "hdf5_reader.h"
 
+#include <algorithm>
 #include <cstring>
 #include <utility>
 
@@ -7,8 +8,8 @@ namespace capability_map {
 
 namespace {
 
-constexpr hsize_t kMostItems = hsize_t{1}
-                               << 31;  // of one dataset: far above any map, far below an address space
+constexpr hsize_t kMostShrunk = 1100;  // a byte in the file may stand for 1032 by deflate, never for more
+constexpr hsize_t kMostBytes = hsize_t{1} << 40;
 
 /// Closes a handle of HDF5 when it goes out of scope.
 class Handle {
@@ -67,7 +68,8 @@ hid_t memoryType<uint16_t>() {
 
 }  // namespace
 
-Hdf5Reader::Hdf5Reader(std::vector<char> image) {
+Hdf5Reader::Hdf5Reader(std::vector<char> image)
+    : most_bytes_(std::min(kMostBytes, kMostShrunk * image.size())) {
   const Quiet quiet;
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "HDF5 library");
   constexpr size_t kGrowth = 1 << 16;
@@ -116,8 +118,8 @@ void Hdf5Reader::readArray(const std::string& path, size_t rank, hid_t memory_ty
   H5Sget_simple_extent_dims(space, shape.data(), nullptr);
   hsize_t items = 1;
   for (const hsize_t length : shape) {
-    if (length > kMostItems || items * length > kMostItems)
-      throw Hdf5Error("dataset " + path + " is too large");
+    if (length > most_bytes_ || items * length > most_bytes_ / item_bytes)
+      throw Hdf5Error("dataset " + path + " promises more numbers than a file of this size can hold");
     items *= length;
   }
   bytes.resize(items * item_bytes);

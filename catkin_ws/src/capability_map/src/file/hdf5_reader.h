@@ -34,8 +34,8 @@ class Hdf5Reader {
   double number(const std::string& name) const;
   std::string text(const std::string& name) const;
 
-  /// A dataset of numbers, converted to T. @throws Hdf5Error when missing, of another rank, or absurdly
-  /// large.
+  /// A dataset of numbers, converted to T. @throws Hdf5Error when missing, of another rank, or larger
+  /// than its file can hold: memory is not taken for what a header promises.
   template <typename T>
   Hdf5Array<T> array(const std::string& path, size_t rank) const;
 
@@ -43,6 +43,7 @@ class Hdf5Reader {
   void readArray(const std::string& path, size_t rank, hid_t memory_type, std::vector<hsize_t>& shape,
                  std::vector<char>& bytes, size_t item_bytes) const;
 
+  hsize_t most_bytes_;  ///< That a dataset of this file can have.
   hid_t file_{-1};
 };
 
