@@ -53,6 +53,15 @@ TEST(BinaryPayload, BrokenDataAreRefusedWhereverTheyBreak) {
   EXPECT_THROW(read(std::string(4096, '\xff')), std::invalid_argument) << "deeper than a tree can be";
 }
 
+TEST(VoxelGrid, RefusesResolutionsAndPlacesThatNoIndexCanTell) {
+  for (const double resolution : {1e-306, 1e-300, 1e-12, 1e-5})
+    EXPECT_THROW(VoxelGrid(resolution, kRegion), std::invalid_argument) << resolution;
+  const Eigen::Vector3d far = Eigen::Vector3d::Constant(1e9);
+  EXPECT_THROW(VoxelGrid(0.05, {far, far + Eigen::Vector3d::Ones()}), std::invalid_argument);
+  EXPECT_THROW(VoxelGrid(0.05, {-far - Eigen::Vector3d::Ones(), -far}), std::invalid_argument);
+  EXPECT_EQ(VoxelGrid(1e300, kRegion).count(), 8U) << "one voxel on either side of the origin";
+}
+
 TEST(ObstacleBlocks, VisitEveryObstacleOfABoxOnceAndNothingOutsideOfIt) {
   std::mt19937 random(1);
   VoxelGrid grid(kResolution, kRegion);

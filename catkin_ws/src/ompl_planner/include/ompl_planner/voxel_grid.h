@@ -24,8 +24,8 @@ using VoxelIndex = Eigen::Vector3i;
 class VoxelGrid {
  public:
   /// All voxels that meet the region, Unknown.
-  /// @throws std::invalid_argument unless resolution_m > 0, the region is finite, not empty, and has at most
-  /// 2^28 voxels.
+  /// @throws std::invalid_argument unless resolution_m > 0, the region is finite, not empty, has at most 2^28
+  /// voxels, and none more than 2^30 voxels from the origin.
   VoxelGrid(double resolution_m, const Eigen::AlignedBox3d& region_m);
 
   /// Copies the octree's leaves; big leaves fill all voxels they span.

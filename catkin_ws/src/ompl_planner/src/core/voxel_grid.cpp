@@ -9,6 +9,7 @@ namespace ompl_planner {
 namespace {
 
 constexpr double kMaxVoxels = 268435456.0;  // 2^28, a quarter of a GiB
+constexpr double kMaxIndex = 1073741824.0;  // 2^30: sums of two stay within an int
 constexpr int kTreeDepth = 16;
 constexpr int kKeyOffset = 32768;  // OctoMap's key of voxel 0
 
@@ -110,9 +111,13 @@ VoxelGrid::VoxelGrid(double resolution_m, const Eigen::AlignedBox3d& region_m) :
   if (region_m.isEmpty() || !region_m.min().allFinite() || !region_m.max().allFinite()) {
     throw std::invalid_argument("voxel grid: the region is empty or not finite");
   }
-  origin_ = indexOf(region_m.min());
   const Eigen::Vector3d voxels = (region_m.sizes() / resolution_m).array() + 2.0;
-  if (voxels.prod() > kMaxVoxels) throw std::invalid_argument("voxel grid: more than 2^28 voxels");
+  if (!(voxels.prod() <= kMaxVoxels)) throw std::invalid_argument("voxel grid: more than 2^28 voxels");
+  const double farthest =
+      region_m.min().cwiseAbs().cwiseMax(region_m.max().cwiseAbs()).maxCoeff() / resolution_m;
+  if (!(farthest <= kMaxIndex))
+    throw std::invalid_argument("voxel grid: more than 2^30 voxels from the origin");
+  origin_ = indexOf(region_m.min());
   size_ = indexOf(region_m.max()) - origin_ + Eigen::Vector3i::Ones();
   voxels_.assign(static_cast<std::size_t>(size_.cast<long>().prod()), Voxel::Unknown);
 }
