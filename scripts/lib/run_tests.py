@@ -15,6 +15,7 @@ import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import fuzzing
 from interrupts import INTERRUPTED, interrupt_on_signals
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -23,6 +24,7 @@ BUILD = ROOT / "catkin_ws" / "build"
 DEVEL = ROOT / "catkin_ws" / "devel"
 SLOW_S = 20.0
 SUITE_TIMEOUT_S = 1500.0
+FUZZ_S = 60.0  # of the ordinary tests, for all packages
 SANITIZER_FLAGS = (
     "-O1 -g1 -fno-omit-frame-pointer -fsanitize=address,undefined -fno-sanitize-recover=undefined"
 )
@@ -233,18 +235,54 @@ def run_sanitized(tally: Tally, work: Path, only: list[str]) -> None:
         tally.add_junit(report, f"sanitized {package}/{name}", code)
 
 
+def run_fuzzing(tally: Tally, work: Path, only: list[str], minutes: float | None = None) -> None:
+    """Fuzz targets, each a test case; an ordinary run's minute is shared as if all packages were asked for."""
+    for command in fuzzing.python_commands():
+        if run(command, work / "fuzz-python.log") != 0:
+            break
+    targets = fuzzing.find_targets(only)
+    for target in targets:
+        if target.lacks:
+            tally.skipped.append(f"fuzz {target.title}: {target.lacks}")
+    ready = [target for target in targets if not target.lacks]
+    for command in fuzzing.build_commands(ready):
+        log = work / "fuzz-build.log"
+        if run(command, log) != 0:
+            tally.fail(f"build of the fuzz targets:\n{log.read_text(errors='replace')[-2000:]}")
+            return
+    seconds = (
+        FUZZ_S * len(targets) / len(fuzzing.find_targets(packages())) if minutes is None else 60 * minutes
+    )
+    for outcome in fuzzing.fuzz(ready, seconds, work, lasting=minutes is not None):
+        if outcome.problem:
+            tally.fail(f"fuzz {outcome.target.title}: {outcome.problem}")
+        else:
+            tally.passed += 1
+        if minutes is not None:
+            figures = f"{outcome.runs} inputs in {outcome.cpu_s:.0f} CPU s, coverage {outcome.coverage}"
+            print(f"  {outcome.target.title}: {figures}", flush=True)
+
+
 def parse_arguments(words: list[str]) -> argparse.Namespace:
     parser = argparse.ArgumentParser(prog="scripts/test", description="Run every test of the workspace.")
     parser.add_argument("packages", nargs="*", metavar="PACKAGE", help="only these packages (default: all)")
-    parser.add_argument("--fast", action="store_true", help="skip the rostests")
+    parser.add_argument("--fast", action="store_true", help="skip the rostests and the fuzzing")
     parser.add_argument(
         "--sanitize", action="store_true", help="run the C++ tests under ASan and UBSan instead of all else"
+    )
+    parser.add_argument(
+        "--fuzz",
+        type=float,
+        metavar="MINUTES",
+        help="fuzz for so many minutes in all instead of all else (the ordinary tests do it for one minute)",
     )
     parser.add_argument("--logs", type=Path, metavar="DIR", help="keep logs and reports here")
     arguments = parser.parse_args(words)
     unknown = sorted(set(arguments.packages) - set(packages()))
     if unknown:
         parser.error(f"no such package: {', '.join(unknown)}; valid: {', '.join(packages())}")
+    if arguments.fuzz is not None and not 0.0 < arguments.fuzz <= 10_000.0:
+        parser.error(f"--fuzz is {arguments.fuzz:g}; valid: minutes, above 0 and up to 10000")
     return arguments
 
 
@@ -272,9 +310,11 @@ def main() -> int:
         "pytest": run_pytests,
     }
     if not arguments.fast:
-        stages["rostest"] = run_rostests
+        stages |= {"rostest": run_rostests, "fuzzing": run_fuzzing}
     if arguments.sanitize:
         stages = {"gtest with sanitizers": run_sanitized}
+    if arguments.fuzz is not None:
+        stages = {"fuzzing": lambda t, w, o: run_fuzzing(t, w, o, arguments.fuzz)}
     work = Path(tempfile.mkdtemp(prefix="fv-test-"))
     tally = Tally()
     try:
