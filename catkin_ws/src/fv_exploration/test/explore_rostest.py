@@ -14,8 +14,9 @@ import actionlib
 import numpy as np
 import rospy
 import rostest
+import tf2_ros
 from actionlib_msgs.msg import GoalStatus
-from fv_msgs.msg import Contacts, ExploreAction, ExploreGoal, ExploreResult, MapUpdate
+from fv_msgs.msg import Contacts, ExplorationVolume, ExploreAction, ExploreGoal, ExploreResult, MapUpdate
 from geometry_msgs.msg import Point
 from octomap_msgs.srv import GetOctomap
 
@@ -125,11 +126,64 @@ class ExploreTest(unittest.TestCase):
         self.assertEqual(result.status, ExploreResult.FAILED)
         self.assertIn("bounds", result.message)
 
-    def test_4_bounds_in_an_unknown_frame_are_refused(self):
+    def test_4_bounds_in_an_unknown_frame_are_refused_with_both_frames(self):
         message = goal()
         message.header.frame_id = "mars"
         result, _ = self.send(message, 30)
-        self.assertIn("mars", result.message)
+        self.assertEqual(result.status, ExploreResult.FAILED)
+        self.assertIn("'mars'", result.message)
+        self.assertIn("'world'", result.message)
+
+    def test_5_what_no_exploration_can_do_is_refused(self):
+        for values, said in (({"policy": "greedy"}, "frontier_void"), ({"max_seconds": float("nan")}, "nan")):
+            result, _ = self.send(goal(**values), 30)
+            self.assertEqual(result.status, ExploreResult.FAILED)
+            self.assertIn(said, result.message)
+
+    def test_6_bounds_in_the_frame_of_a_link_are_those_of_the_map_there(self):
+        buffer = tf2_ros.Buffer()
+        listener = tf2_ros.TransformListener(buffer)
+        base = buffer.lookup_transform("world", "base_link", rospy.Time(0), rospy.Duration(10.0))
+        listener.unregister()
+        at, message = base.transform.translation, goal()
+        message.header.frame_id = "/base_link"
+        sought = np.array([[-0.8, -0.8, 0.0], [1.4, 0.8, 2.0]])
+        low, high = sought - [at.x, at.y, at.z]
+        message.bounds.min, message.bounds.max = Point(*low), Point(*high)
+        volumes = []
+        subscriber = rospy.Subscriber("/fv_exploration/volume", ExplorationVolume, volumes.append)
+        wait_for(lambda: subscriber.get_num_connections() > 0, 10)
+        seen = len(volumes)
+        self.client.send_goal(message)
+        self.assertTrue(wait_for(lambda: len(volumes) > seen, 60))
+        self.client.cancel_goal()
+        self.assertTrue(wait_for(lambda: self.client.get_state() >= GoalStatus.PREEMPTED, 60))
+        box = volumes[-1].bounds
+        got = [[box.min.x, box.min.y, box.min.z], [box.max.x, box.max.y, box.max.z]]
+        self.assertTrue(np.allclose(got, sought, atol=1e-9), got)
+        subscriber.unregister()
+
+    def test_7_a_goal_that_takes_the_place_of_another_is_said_and_one_cancelled_at_once_does_not_move(self):
+        other = actionlib.SimpleActionClient("/explore", ExploreAction)
+        self.assertTrue(wait_for(lambda: other.wait_for_server(rospy.Duration(0.1)), 30))
+        self.client.send_goal(goal())
+        self.assertTrue(wait_for(lambda: self.client.get_state() == GoalStatus.ACTIVE, 30))
+        other.send_goal(goal())
+        self.assertTrue(wait_for(lambda: self.client.get_state() >= GoalStatus.PREEMPTED, 60))
+        self.assertEqual(self.client.get_result().status, ExploreResult.CANCELLED)
+        other.cancel_goal()
+        self.assertTrue(wait_for(lambda: other.get_state() >= GoalStatus.PREEMPTED, 60))
+        self.assertEqual(other.get_result().status, ExploreResult.CANCELLED)
+        self.assertEqual(other.get_result().views, 0)
+
+    def test_8_bounds_that_leave_the_arm_outside_are_a_failure_that_names_links_and_better_bounds(self):
+        message = goal()
+        message.bounds.min = Point(0.6, -0.8, 0.1)
+        result, _ = self.send(message, 60)
+        self.assertEqual((result.status, result.views), (ExploreResult.FAILED, 0))
+        self.assertIn("the robot cannot move: start: link '", result.message)
+        self.assertIn("bounds that hold the arm", result.message)
+        self.assertTrue(any("bounds that hold the arm" in line for line in result.warnings), result.warnings)
 
 
 if __name__ == "__main__":

@@ -13,10 +13,11 @@ from fv_exploration import (
     PinholeCamera,
     ScanConfig,
 )
-from fv_exploration.exploration import Exploration, Plan, Reason, Scan, ScanError
+from fv_exploration.exploration import Exploration, Plan, Scan, ScanError
 from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.gain_judge import GainJudge
 from fv_exploration.known_since import NEVER, KnownSince
+from fv_exploration.outcome import SEEN_SHARE, Decision, Funnel, Reason, nothing_left
 from fv_exploration.reachable_views import ReachableViews
 from fv_exploration.view_choice import ViewChooser
 from hubo_description.schema import from_mapping
@@ -118,10 +119,13 @@ class Listener:
     """Remembers what it was told."""
 
     def __init__(self) -> None:
-        self.steps, self.chosen = [], []
+        self.steps, self.chosen, self.warnings = [], [], []
 
     def activity(self, text):
         pass
+
+    def warn(self, text):
+        self.warnings.append(text)
 
     def map_changed(self, occupancy_map):
         pass
@@ -152,12 +156,19 @@ class AnyPose:
         return (np.linalg.norm(positions, axis=1) < 0.7).astype(np.float32)
 
 
-def make(robot: FlyingCamera, **stop):
+class Rooted(AnyPose):
+    """... of something that reaches nothing at all."""
+
+    def query(self, positions, directions, interpolate=True):
+        return np.zeros(len(positions), dtype=np.float32)
+
+
+def make(robot: FlyingCamera, capability=None, min_gain_m3=0.05, **stop):
     config = from_mapping(
         ExploreConfig,
         {
             "map": {"resolution_m": RESOLUTION_M},
-            "views": {"sampled": 300, "utility_voxels": 40, "min_gain_m3": 0.05},
+            "views": {"sampled": 300, "utility_voxels": 40, "min_gain_m3": min_gain_m3},
             "stop": {"max_views": 25, **stop},
         },
         "config",
@@ -171,7 +182,7 @@ def make(robot: FlyingCamera, **stop):
     base[:3, 3] = [-0.4, 0.0, 1.0]
     chooser = ViewChooser(
         config.views,
-        ReachableViews(AnyPose(), base[None]),
+        ReachableViews(capability or AnyPose(), base[None]),
         judge,
         occupancy_map.classify,
     )
@@ -229,11 +240,107 @@ def test_a_cancelled_exploration_says_so_and_keeps_its_map():
     assert outcome.known_share > 0
 
 
-def test_views_that_cannot_be_planned_end_it_without_a_motion():
+def test_views_that_cannot_be_planned_from_the_first_on_are_a_failure():
     robot = FlyingCamera(plans_fail=True)
     outcome = make(robot)[0].run()
-    assert (outcome.reason, outcome.views) == (Reason.COMPLETE, 0)
+    assert (outcome.reason, outcome.views) == (Reason.FAILED, 0)
+    assert "no view was reached: the planner found no motion to any of" in outcome.message
+    assert "no path" in outcome.message
     assert robot.visited == []
+
+
+def test_views_that_cannot_be_planned_after_others_end_it():
+    robot = FlyingCamera()
+    robot.planning = robot.plan
+    robot.plan = lambda *asked: Plan(None, -1, "no path") if robot.visited else robot.planning(*asked)
+    outcome = make(robot)[0].run()
+    assert (outcome.reason, outcome.views) == (Reason.COMPLETE, 1)
+    assert "no path" in outcome.message
+
+
+@pytest.mark.parametrize("views", [0, 2])
+def test_a_robot_that_cannot_leave_where_it_is_is_a_failure_at_once(views):
+    robot = FlyingCamera()
+    robot.planning, refusals = robot.plan, []
+
+    def plan(*asked):
+        if len(robot.visited) < views:
+            return robot.planning(*asked)
+        refusals.append(1)
+        return Plan(None, -1, "start: link 'hand' meets the unknown voxel", hopeless=True)
+
+    robot.plan = plan
+    outcome = make(robot)[0].run()
+    assert (outcome.reason, outcome.views) == (Reason.FAILED, views)
+    assert "cannot move: start: link 'hand' meets" in outcome.message
+    assert len(refusals) == 1
+
+
+def test_an_arm_that_reaches_no_view_is_a_failure():
+    outcome = make(FlyingCamera(), capability=Rooted())[0].run()
+    assert (outcome.reason, outcome.views) == (Reason.FAILED, 0)
+    assert "can be held by the arm" in outcome.message
+
+
+def test_a_camera_that_sees_nothing_of_the_volume_is_a_failure_that_says_so():
+    robot = FlyingCamera()
+    robot.scan = lambda: Scan(np.full((100, 3), np.nan), robot.pose)
+    exploration, _, listener = make(robot)
+    outcome = exploration.run()
+    assert (outcome.reason, outcome.views) == (Reason.FAILED, 0)
+    assert "known free space" in outcome.message
+    assert "no scan had a usable return" in outcome.message
+    assert "none has a return" in listener.warnings[0]
+
+
+def test_returns_out_of_range_are_told_with_what_was_seen():
+    robot = FlyingCamera()
+    robot.scan = lambda: Scan(np.full((100, 3), 1000.0), robot.pose)
+    exploration, _, listener = make(robot)
+    outcome = exploration.run()
+    assert outcome.reason is Reason.FAILED, "free space alone is not an exploration"
+    assert "usable return" in outcome.message
+    assert "1.73e+03 to 1.73e+03 m; used are 0.05 to 3 m" in listener.warnings[0]
+
+
+def test_views_that_are_worth_nothing_are_a_failure_where_little_is_known():
+    outcome = make(FlyingCamera(), min_gain_m3=50.0)[0].run()
+    assert (outcome.reason, outcome.views) == (Reason.FAILED, 0)
+    assert "expected to show 50 m^3 or more" in outcome.message
+
+
+def test_a_volume_that_the_first_scan_shows_whole_is_complete_and_says_so():
+    exploration, occupancy_map, _ = make(FlyingCamera())
+    grid = np.arange(-0.95, 1.0, 0.1)
+    occupancy_map.mark_free(np.stack(np.meshgrid(grid, grid, grid + 1.0), -1).reshape(-1, 3))
+    outcome = exploration.run()
+    assert (outcome.reason, outcome.views) == (Reason.COMPLETE, 0)
+    assert outcome.known_share > SEEN_SHARE
+    assert "the first scan has shown it all" in outcome.message
+
+
+@pytest.mark.parametrize("known_share", [0.0, 1.0])
+@pytest.mark.parametrize("refused", [0, 3])
+@pytest.mark.parametrize("hidden", [0, 2])
+@pytest.mark.parametrize("left", range(5))
+def test_without_a_view_it_is_complete_only_when_all_is_known_and_nothing_was_refused(
+    left, hidden, refused, known_share
+):
+    funnel = Funnel(*(9 if sieve < left else 0 for sieve in range(4)))
+    decision = Decision(funnel, refused, "no path", hidden)
+    reason, message = nothing_left(decision, 0, known_share, 0.1)
+    complete = not refused and funnel.reachable > 0 and known_share == 1.0
+    assert (reason is Reason.COMPLETE) == complete
+    assert len(message.split()) > 5
+    assert nothing_left(decision, 1, known_share, 0.1)[0] is Reason.COMPLETE
+
+
+def test_a_time_budget_without_a_view_is_a_failure():
+    robot = FlyingCamera(motions_fail=True)
+    outcome = make(robot, max_seconds=1.0)[0].run()
+    assert (outcome.reason, outcome.views) == (Reason.FAILED, 0)
+    assert "time budget" in outcome.message
+    assert "stuck" in outcome.message
 
 
 def test_motions_that_keep_failing_are_a_failure():
@@ -274,7 +381,8 @@ def test_a_robot_that_always_hides_its_view_does_not_move():
     robot = FlyingCamera(arm=True)
     robot.hides = lambda rays_m, joints: np.ones(len(rays_m), dtype=bool)
     outcome = make(robot)[0].run()
-    assert (outcome.reason, outcome.views, robot.visited) == (Reason.COMPLETE, 0, [])
+    assert (outcome.reason, outcome.views, robot.visited) == (Reason.FAILED, 0, [])
+    assert "the robot itself would hide" in outcome.message
 
 
 def test_a_motion_that_was_cancelled_is_no_view():

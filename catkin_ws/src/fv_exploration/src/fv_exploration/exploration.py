@@ -5,7 +5,6 @@ Free of ROS: the robot and the audience are interfaces, so that a test can stand
 
 from __future__ import annotations
 
-import enum
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -16,19 +15,10 @@ from numpy.typing import NDArray
 
 from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.gain_judge import GainJudge
+from fv_exploration.outcome import SEEN_SHARE, Decision, Outcome, Reason, nothing_left
 from fv_exploration.view_choice import Candidates, ViewChooser
 
 Array = NDArray[np.float64]
-
-
-class Reason(enum.Enum):
-    """Why an exploration ended."""
-
-    COMPLETE = "nothing left whose expected gain and reachability pass the thresholds"
-    VIEW_BUDGET = "the view budget is used up"
-    TIME_BUDGET = "the time budget is used up"
-    CANCELLED = "it was cancelled"
-    FAILED = "it failed"
 
 
 class ExplorationError(RuntimeError):
@@ -58,6 +48,8 @@ class Plan:
     """The planner's answer to a set of views; ``trajectory`` is None when there is no motion.
 
     :param joints: where the motion ends, of the joints that it moves [rad or m].
+    :param hopeless: there is no motion to any other view either: the robot cannot leave where it is, or nothing can be
+        planned at all.
     """
 
     trajectory: Any
@@ -66,6 +58,7 @@ class Plan:
     duration_s: float = 0.0
     path_length_rad: float = 0.0
     joints: Mapping[str, float] = field(default_factory=dict)
+    hopeless: bool = False
 
 
 class Robot(Protocol):
@@ -109,6 +102,9 @@ class Audience(Protocol):
     def activity(self, text: str) -> None:
         """What is being done now."""
 
+    def warn(self, text: str) -> None:
+        """Something was left out, replaced or is likely to be wrong; told whenever it happens."""
+
     def map_changed(self, occupancy_map: Any) -> None:
         """The map has a new sequence number; must be handed on before a plan is asked for."""
 
@@ -130,16 +126,6 @@ class Choice:
     candidates: Candidates
     gain_m3: float
     score: float
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """How an exploration ended."""
-
-    reason: Reason
-    message: str
-    views: int
-    known_share: float
 
 
 class Exploration:
@@ -178,7 +164,9 @@ class Exploration:
         self._failed_motions = 0
         self._failed_scans = 0
         self._joints: dict[str, float] = {}  # at the last scan
-        self._unplanned = (0, "")  # views of this decision that the planner refused, and its last words
+        self._seen_anything = False  # has any scan had a usable return?
+        self._cut_short = ""  # why the last motion was not finished
+        self._decision = Decision()  # what became of this decision's candidates
 
     def run(self, stop: Callable[[], bool] = lambda: False) -> Outcome:
         """Explore until something ends it; ``stop`` is asked between the steps and cancels."""
@@ -202,12 +190,14 @@ class Exploration:
             self._views = step.view
             self._audience.view_done(step)
             ended = self._budget_ended(started_s) or (stop() and Reason.CANCELLED)
+            if ended is Reason.TIME_BUDGET and not self._views:
+                return self._outcome(Reason.FAILED, self._unseen("the time budget was used up"))
             if ended:
                 return self._outcome(ended)
             step = Step(view=self._views + 1, known_share=step.known_share, counts=step.counts)
             plan = self._next_motion(step, T_map_sensor, utility, stop)
             if plan is None:
-                return self._outcome(Reason.CANCELLED) if stop() else self._complete()
+                return self._outcome(Reason.CANCELLED) if stop() else self._nothing_left()
             self._timed(step, "move", "moving", self._move, plan, step)
             if stop():  # the motion may have been cut short: that is no view
                 return self._outcome(Reason.CANCELLED)
@@ -232,6 +222,7 @@ class Exploration:
 
     def _integrate(self, scan: Scan, step: Step) -> None:
         known_before = self._map.known_share()
+        self._note_returns(scan)
         self._map.insert_scan(scan.points, scan.T_map_sensor, self._scan_config)
         step.known_share = self._map.known_share()
         step.real_gain_m3 = (step.known_share - known_before) * self._map.volume_m3()
@@ -239,6 +230,23 @@ class Exploration:
         self._joints = dict(scan.joints)
         self._chooser.learn(step.real_gain_m3)
         self._audience.map_changed(self._map)
+
+    def _note_returns(self, scan: Scan) -> None:
+        """Say so when a scan has no return that the map can use."""
+        lengths_m = np.linalg.norm(scan.points, axis=1)
+        lengths_m = lengths_m[np.isfinite(lengths_m)]
+        low_m, high_m = self._scan_config.min_range_m, self._scan_config.max_range_m
+        if ((lengths_m >= low_m) & (lengths_m <= high_m)).any():
+            self._seen_anything = True
+            return
+        seen = (
+            "none has a return"
+            if len(lengths_m) == 0
+            else (f"their ranges are {lengths_m.min():.3g} to {lengths_m.max():.3g} m")
+        )
+        self._audience.warn(
+            f"a scan of {len(scan.points)} points has no usable return: {seen}; used are {low_m:g} to {high_m:g} m"
+        )
 
     def _evaluate(self, step: Step) -> Any:
         evaluation = self._evaluator.update()
@@ -261,7 +269,10 @@ class Exploration:
         """A planned motion to the best view that can be reached; None when there is nothing left to see or do."""
         seed = self._seed + self._decisions
         self._decisions += 1
-        self._timed(step, "choose", "judging views", self._chooser.prepare, seed, T_map_sensor, utility)
+        funnel = self._timed(
+            step, "choose", "judging views", self._chooser.prepare, seed, T_map_sensor, utility
+        )
+        self._decision = Decision(funnel)
         choice = self._choose(step, stop)
         if choice is None or stop():
             self._audience.decided(self._chooser.shortlist(), -1, step)
@@ -275,7 +286,6 @@ class Exploration:
         What the robot itself would hide is known only from where a motion ends. So motions are planned, and the views
         they lead to judged, until none of those left promises much more than the best that was found.
         """
-        self._unplanned = (0, "")
         best: Choice | None = None
         refused = planned = 0
         while refused < self._config.motion.max_rounds and not stop():
@@ -289,10 +299,14 @@ class Exploration:
                 self._refuse(plan, candidates)
                 if best:
                     break
+                if plan.hopeless and not stop():
+                    raise ExplorationError(f"the robot cannot move: {plan.message}")
                 continue
             planned += 1
             choice = self._timed(step, "choose", "judging the view", self._judged, plan, candidates)
-            if choice.gain_m3 >= self._config.views.min_gain_m3 and (not best or choice.score > best.score):
+            if choice.gain_m3 < self._config.views.min_gain_m3:
+                self._decision.hidden += 1
+            elif not best or choice.score > best.score:
                 best = choice
             self._chooser.leave_out(candidates.poses[plan.view])
         return best
@@ -308,7 +322,8 @@ class Exploration:
         return Choice(plan, candidates, gain_m3, float(candidates.scores[plan.view]) * gain_m3 / before_m3)
 
     def _refuse(self, plan: Plan, candidates: Candidates) -> None:
-        self._unplanned = (self._unplanned[0] + len(candidates), plan.message)
+        self._decision.refused += len(candidates)
+        self._decision.last_refusal = plan.message
         self._audience.activity(f"no motion to these views: {plan.message}")
         self._chooser.reject(candidates)
 
@@ -327,7 +342,7 @@ class Exploration:
 
     def _move(self, plan: Plan, step: Step) -> None:
         """Execute the plan. A motion that was not finished leads to no new view: the scan after it adds to the last."""
-        problem = self._robot.execute(plan)
+        problem = self._cut_short = self._robot.execute(plan)
         self._failed_motions = self._failed_motions + 1 if problem else 0
         if problem:
             step.view = self._views
@@ -352,14 +367,23 @@ class Exploration:
         finally:
             step.seconds[name] = step.seconds.get(name, 0.0) + time.perf_counter() - start
 
-    def _complete(self) -> Outcome:
-        count, message = self._unplanned
-        refused = (
-            f"; the planner found no motion to the {count} best views that were left: {message}"
-            if count
-            else ""
-        )
-        return self._outcome(Reason.COMPLETE, Reason.COMPLETE.value + refused)
+    def _nothing_left(self) -> Outcome:
+        share, min_gain_m3 = self._map.known_share(), self._config.views.min_gain_m3
+        reason, message = nothing_left(self._decision, self._views, share, min_gain_m3)
+        if self._views and not self._seen_anything and share < SEEN_SHARE:
+            reason, message = Reason.FAILED, f"none of the scans of {self._views} views had a usable return"
+        elif reason is Reason.FAILED:
+            message = self._unseen(message)
+        return self._outcome(reason, message)
+
+    def _unseen(self, why: str) -> str:
+        """Why no view was reached, with what went wrong before."""
+        parts = [f"no view was reached: {why}"]
+        if not self._seen_anything:
+            parts.append("no scan had a usable return")
+        if self._cut_short:
+            parts.append(f"the motion before was not finished: {self._cut_short}")
+        return "; ".join(parts)
 
     def _outcome(self, reason: Reason, message: str = "") -> Outcome:
         return Outcome(reason, message or reason.value, self._views, self._map.known_share())

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import functools
+import logging
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +23,14 @@ from fv_exploration import (
     OccupancyMap,
     PinholeCamera,
     ScanConfig,
+    explore_goal,
+    start_checks,
 )
 from fv_exploration.conversions import held_objects
-from fv_exploration.exploration import Exploration, ExplorationError, Outcome, Reason
+from fv_exploration.exploration import Exploration, ExplorationError
 from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.gain_judge import GainJudge
+from fv_exploration.outcome import Outcome, Reason
 from fv_exploration.reachable_views import CameraFit, DrawnViews, ReachableViews
 from fv_exploration.robot_body import (
     CarriedCamera,
@@ -38,10 +43,13 @@ from fv_exploration.ros_audience import MapPublisher, RosAudience
 from fv_exploration.ros_robot import RosRobot
 from fv_exploration.run_folder import RunFolder
 from fv_exploration.view_choice import ViewChooser
+from fv_exploration.warning_list import WarningList
 from hubo_description.schema import from_mapping
 
 Array = NDArray[np.float64]
 
+MAX_BALL_M = 0.02
+"""Of the balls that stand for the arm when the bounds are checked."""
 STATUS = {
     Reason.COMPLETE: ExploreResult.COMPLETE,
     Reason.VIEW_BUDGET: ExploreResult.VIEW_BUDGET,
@@ -51,13 +59,13 @@ STATUS = {
 }
 
 
-def bounds_from_goal(goal: ExploreGoal) -> tuple[Array, Array]:
-    """The exploration volume's corners (3,) [m]; ValueError when it is inside out or not finite."""
-    minimum = np.array([goal.bounds.min.x, goal.bounds.min.y, goal.bounds.min.z])
-    maximum = np.array([goal.bounds.max.x, goal.bounds.max.y, goal.bounds.max.z])
-    if not (np.isfinite([minimum, maximum]).all() and (minimum < maximum).all()):
-        raise ValueError(f"bounds are {minimum} to {maximum}; valid: finite, each minimum below its maximum")
-    return minimum, maximum
+def parameter(name: str) -> Any:
+    """A parameter of the robot; ValueError that says how it gets there when it is not set."""
+    if not rospy.has_param(name):
+        raise ValueError(
+            f"parameter {name} is not set; 'rosrun hubo_description upload_robot --robot ROBOT' sets it"
+        )
+    return rospy.get_param(name)
 
 
 class ExploreServer:
@@ -68,17 +76,24 @@ class ExploreServer:
 
     def __init__(self) -> None:
         self._config = from_mapping(ExploreConfig, rospy.get_param("~config", {}), "config")
-        self._map_frame: str = rospy.get_param("~map_frame", "world")
+        self._map_frame: str = rospy.get_param("~map_frame", "world").lstrip("/")
         self._out_dir: str = rospy.get_param("~out_dir", "")
-        self._robot_config: dict[str, Any] = rospy.get_param("/robot")
+        self._robot_config: dict[str, Any] = parameter("/robot")
         self._exploring: dict[str, Any] = self._robot_config["exploration"]
-        self._camera_config: dict[str, Any] = rospy.get_param("/sensors")[self._exploring["camera"]]
+        self._camera_config: dict[str, Any] = parameter("/sensors")[self._exploring["camera"]]
         self._group: str = self._config.motion.group or self._exploring["group"]
         self._capability = self._load_capability()  # None: the group has no map and needs none
+        self._warnings = WarningList(lambda text: rospy.logwarn("%s", text))
+        self._suspicions: list[str] = []  # of the start: told with a failure
         self._map_publisher = MapPublisher(self._map_frame)
         self._body: RobotBody | None = None
         self._robot = RosRobot(
-            self._config, self._map_frame, self._group, lambda *scan: self._body.is_robot(*scan), self._stop
+            self._config,
+            self._map_frame,
+            self._group,
+            lambda *scan: self._body.is_robot(*scan),
+            self._stop,
+            self._warnings.add,
         )
         self._server = actionlib.SimpleActionServer(
             "/explore", ExploreAction, self._on_goal, auto_start=False
@@ -100,16 +115,15 @@ class ExploreServer:
         path = rospy.get_param("~capability_map", "") or default_map_path(
             self._robot_config["name"], self._exploring["capability_group"]
         )
-        return CapabilityMap.load(path, urdf_xml=rospy.get_param("/robot_description"))
+        return CapabilityMap.load(path, urdf_xml=parameter("/robot_description"))
 
     def _stop(self) -> bool:
         return rospy.is_shutdown() or (self._server.is_active() and self._server.is_preempt_requested())
 
     def _on_goal(self, goal: ExploreGoal) -> None:
-        try:
-            outcome = self._explore(goal)
-        except (ValueError, ExplorationError, OSError) as error:
-            outcome = Outcome(Reason.FAILED, str(error), 0, 0.0)
+        self._warnings.clear()
+        self._suspicions = []
+        outcome = self._outcome(goal)
         result = ExploreResult(
             status=STATUS[outcome.reason],
             message=outcome.message,
@@ -117,6 +131,7 @@ class ExploreServer:
             known_share=outcome.known_share,
             map_path=str(RunFolder(Path(self._out_dir)).map_path) if self._out_dir else "",
             metrics_path=str(RunFolder(Path(self._out_dir)).metrics_path) if self._out_dir else "",
+            warnings=self._warnings.lines(),
         )
         if outcome.reason is Reason.FAILED:
             rospy.logerr("exploration failed: %s", outcome.message)
@@ -126,10 +141,32 @@ class ExploreServer:
         else:
             self._server.set_succeeded(result, outcome.message)
 
+    def _outcome(self, goal: ExploreGoal) -> Outcome:
+        """How the exploration ended; whatever goes wrong is an outcome, too."""
+        try:
+            outcome = self._explore(goal)
+        except (ValueError, ExplorationError, OSError) as error:
+            outcome = Outcome(Reason.FAILED, str(error), 0, 0.0)
+        except Exception as error:  # the last resort: the goal gets an answer, the log the traceback
+            logging.getLogger("rospy").exception("the exploration broke")
+            outcome = Outcome(Reason.FAILED, f"internal error: {type(error).__name__}: {error}", 0, 0.0)
+        if outcome.reason is Reason.FAILED and self._stop():
+            return replace(outcome, reason=Reason.CANCELLED)
+        if outcome.reason is Reason.CANCELLED and self._server.is_new_goal_available():
+            return replace(outcome, message="another goal took its place")
+        if outcome.reason is Reason.FAILED and outcome.views == 0 and self._suspicions:
+            return replace(outcome, message="; ".join([outcome.message, *self._suspicions]))
+        return outcome
+
     def _explore(self, goal: ExploreGoal) -> Outcome:
-        if goal.header.frame_id not in ("", self._map_frame):
-            raise ValueError(f"bounds are in frame {goal.header.frame_id!r}; valid: {self._map_frame!r}")
-        bounds = bounds_from_goal(goal)
+        if self._stop():
+            raise ExplorationError("it was cancelled before it began")
+        config = explore_goal.configured(goal, self._config)
+        pose_of = functools.partial(self._robot.pose_of, stamp=goal.header.stamp)
+        volume = explore_goal.volume(goal, self._map_frame, config, pose_of)
+        for text in volume.warnings:
+            self._warnings.add(text)
+        bounds = volume.bounds
         self._robot.wait_until_ready()
         occupancy_map = self._new_map(bounds)
         evaluator = Evaluator(occupancy_map, EvaluationConfig(min_fit=self._config.evaluation.min_fit))
@@ -143,7 +180,7 @@ class ExploreServer:
             self._scan_config(),
             self._robot,
             audience,
-            self._with_budgets(goal),
+            config,
             goal.seed,
         )
         outcome = exploration.run(self._stop)
@@ -155,8 +192,8 @@ class ExploreServer:
         settings = self._config.map
         T_map_root = self._robot.pose_of(self._robot_config["base_link"])
         self._body = RobotBody(
-            rospy.get_param("/robot_description"),
-            rospy.get_param("/robot_description_semantic"),
+            parameter("/robot_description"),
+            parameter("/robot_description_semantic"),
             T_map_root,
             self._config.scan.self_filter_padding_m,
         )
@@ -164,11 +201,25 @@ class ExploreServer:
         occupancy_map = OccupancyMap(
             MapConfig(**vars(settings), bounds_min=tuple(bounds[0]), bounds_max=tuple(bounds[1]))
         )
+        self._robot.require_joints(self._body.model.joint_names)
         joints = self._robot.joint_positions()
         body = self._body.voxels(joints, settings.resolution_m, self._config.start.body_padding_m)
         vouched = clearance_voxels(self._clearance(), self._robot.pose_of, settings.resolution_m)
+        self._check_start(joints, vouched, bounds)
         occupancy_map.mark_free(np.concatenate([body, vouched]))
         return occupancy_map
+
+    def _check_start(self, joints: dict[str, float], vouched: Array, bounds: tuple[Array, Array]) -> None:
+        """Warn of what is likely to keep the arm from moving; a failure without a view is told with it."""
+        balls = self._body.moved_balls(self._group, joints, MAX_BALL_M)
+        camera = self._body.camera_pose(self._group, joints)[:3, 3]
+        texts = (
+            start_checks.body_outside(balls, bounds) or start_checks.camera_outside(camera, bounds),
+            start_checks.clearance_outside(vouched, bounds),
+        )
+        self._suspicions = [text for text in texts if text]
+        for text in self._suspicions:
+            self._warnings.add(text)
 
     def _clearance(self) -> dict[str, Any]:
         return self._exploring.get("clearance", {})
@@ -220,18 +271,9 @@ class ExploreServer:
             self._ray_camera(),
             self._map_publisher,
             lambda *figures: self._server.publish_feedback(ExploreFeedback(*figures)),
+            self._warnings.add,
             RunFolder(Path(self._out_dir)) if self._out_dir else None,
             self._config.snapshot_service,
         )
         audience.volume(bounds, clearance_boxes(self._clearance(), self._robot.pose_of))
         return audience
-
-    def _with_budgets(self, goal: ExploreGoal) -> ExploreConfig:
-        """The configuration with the goal's budgets, where it has some."""
-        stop = dict(vars(self._config.stop))
-        if goal.max_views:
-            stop["max_views"] = goal.max_views
-        if goal.max_seconds:
-            stop["max_seconds"] = goal.max_seconds
-        sections = {name: value for name, value in vars(self._config).items() if name != "stop"}
-        return ExploreConfig(**sections, stop=type(self._config.stop)(**stop))

@@ -138,6 +138,19 @@ class RobotBody:
         q = self.joint_vector(positions)
         return body_voxels(self._laden, q, resolution_m, padding_m, T_map_root=self._T_map_root)
 
+    def moved_balls(
+        self, group: str, positions: Mapping[str, float], max_radius_m: float
+    ) -> dict[str, Array]:
+        """By link, (S, 4) balls, centre and radius [m] in the map frame, that cover what the group moves."""
+        poses = self.model.forward(self.joint_vector(positions))
+        found = {}
+        for index in self.model.group(group).moved_links:
+            T, link = self._T_map_root @ poses[index], self.model.link_names[index]
+            balls = np.asarray(sphere_cover(self.model, link, max_radius_m)).reshape(-1, 4)
+            if len(balls):
+                found[link] = np.column_stack([balls[:, :3] @ T[:3, :3].T + T[:3, 3], balls[:, 3]])
+        return found
+
     def random_views(self, group: str, count: int, random: np.random.Generator) -> Array:
         """(count, 4, 4) poses of the group's tip, map frame, at joint values drawn evenly within their limits."""
         joints = self.model.group(group)

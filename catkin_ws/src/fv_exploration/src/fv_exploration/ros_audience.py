@@ -80,6 +80,7 @@ class RosAudience:
     """Publishes each step, writes the run folder, and has pictures taken.
 
     :param feedback: called with (activity, views, known share, best gain [m^3]).
+    :param warn: called with each text of ``Audience.warn``.
     :param camera: intrinsics that are drawn with the views.
     :param folder: None writes nothing.
     """
@@ -90,6 +91,7 @@ class RosAudience:
         camera: Any,
         map_publisher: MapPublisher,
         feedback: Callable[[str, int, float, float], None],
+        warn: Callable[[str], None],
         folder: RunFolder | None,
         snapshot_service: str = "",
     ) -> None:
@@ -97,6 +99,7 @@ class RosAudience:
         self._camera = camera
         self._map_publisher = map_publisher
         self._feedback = feedback
+        self.warn = warn
         self._folder = folder
         self._snapshot_service = snapshot_service
         self._started = (time.monotonic(), rospy.get_time())
@@ -215,9 +218,9 @@ class RosAudience:
                 map_sequence=self._last[0].sequence if self._last else 0,
             )
             if not answer.success:
-                rospy.logwarn("no picture of view %d: %s", step.view, answer.message)
+                self.warn(f"no picture of view {step.view}: {answer.message}")
         except (rospy.ROSException, rospy.ServiceException) as error:
-            rospy.logwarn("no picture of view %d: %s", step.view, error)
+            self.warn(f"no picture of view {step.view}: {error}")
         step.seconds["screenshot"] = time.perf_counter() - start
 
     def _header(self) -> Header:

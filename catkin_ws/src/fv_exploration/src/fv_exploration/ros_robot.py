@@ -5,7 +5,7 @@ from __future__ import annotations
 import collections
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import actionlib
@@ -35,9 +35,20 @@ from fv_exploration.conversions import (
 )
 from fv_exploration.exploration import ExplorationError, Plan, Scan, ScanError
 from fv_exploration.explore_config import ExploreConfig
+from fv_exploration.joint_history import JointHistory
 
 Array = NDArray[np.float64]
 POLL_S = 0.01
+FAR_JOINTS_S = 0.5
+"""Joints that were told so long before or after a scan are said to be guessed."""
+HOPELESS = (
+    PlanMotionResult.INVALID_REQUEST,
+    PlanMotionResult.START_IN_COLLISION,
+    PlanMotionResult.START_IN_UNKNOWN,
+    PlanMotionResult.NO_MAP,
+    PlanMotionResult.NO_JOINT_STATES,
+)
+"""Answers that are not about the views that were asked for."""
 
 
 class RosRobot:
@@ -48,6 +59,7 @@ class RosRobot:
     :param is_robot: ``(points (N, 3), T_map_sensor (4, 4), joint positions by name) -> (N,)`` bool: the robot's own
         points, not to be mapped.
     :param stop: asked while waiting; True ends the wait with ExplorationError.
+    :param warn: told in one line what of its input is left out or guessed.
     """
 
     def __init__(
@@ -57,20 +69,24 @@ class RosRobot:
         group: str,
         is_robot: Callable[[Array, Array, dict[str, float]], NDArray[np.bool_]],
         stop: Callable[[], bool],
+        warn: Callable[[str], None],
     ) -> None:
         self._config = config
         self._map_frame = map_frame
         self._group = group
         self._is_robot = is_robot
         self._stop = stop
+        self._warn = warn
         self._clouds: collections.deque[PointCloud2] = collections.deque(maxlen=4)
-        self._joints: collections.deque[JointState] = collections.deque(maxlen=400)
+        self._joints = JointHistory()
+        self._joint_names: list[str] = []  # of the robot; others on the topic are nothing to us
+        self._no_transform = ""  # why the last one was not found
         self._tf_buffer = tf2_ros.Buffer(cache_time=rospy.Duration(600.0))
         self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
         self._removed_pub = rospy.Publisher("/fv_exploration/removed", PointCloud2, queue_size=1)
         self._planner = actionlib.ActionClient("/ompl_planner/plan", PlanMotionAction)
         self._executor = actionlib.ActionClient("/ompl_planner/execute", ExecuteMotionAction)
-        self._joint_sub = rospy.Subscriber("/joint_states", JointState, self._joints.append, queue_size=50)
+        self._joint_sub = rospy.Subscriber("/joint_states", JointState, self._on_joints, queue_size=50)
         self._cloud_sub = rospy.Subscriber(
             config.scan.cloud_topic, PointCloud2, self._clouds.append, queue_size=4
         )
@@ -80,29 +96,49 @@ class RosRobot:
         return rospy.get_time()
 
     def wait_until_ready(self, timeout_s: float = 60.0) -> None:
-        """Wait for joint states and the planning node; ExplorationError names what is missing."""
-        self._wait(lambda: len(self._joints) > 0, "joint states on /joint_states", timeout_s)
+        """Wait for time, joint states and the planning node; ExplorationError names what is missing."""
+        self._wait(
+            lambda: rospy.get_time() > 0,
+            lambda: "time on /clock: /use_sim_time is true and nobody sends it",
+            timeout_s,
+        )
+        self._wait(
+            lambda: self._joints.newest_s() > 0,
+            lambda: f"joint states: {self._silence('/joint_states', self._joint_sub)}",
+            timeout_s,
+        )
         for client, name in (
             (self._planner, "/ompl_planner/plan"),
             (self._executor, "/ompl_planner/execute"),
         ):
             self._wait(
-                lambda c=client: c.wait_for_server(rospy.Duration(0.05)), f"the action {name}", timeout_s
+                lambda c=client: c.wait_for_server(rospy.Duration(0.05)),
+                lambda n=name: f"the action {n}: nobody serves it; start rosrun ompl_planner planner_node",
+                timeout_s,
             )
+
+    def require_joints(self, names: Sequence[str]) -> None:
+        """Wait until something has been heard of all joints of the robot; ExplorationError names those missing."""
+        self._joint_names = list(names)
+        self._wait(
+            lambda: not self._joints.missing(names),
+            lambda: (
+                f"positions on /joint_states of {', '.join(self._joints.missing(names))}: nobody sends them, and "
+                "every movable joint of the robot is needed"
+            ),
+            self._config.scan.timeout_s,
+        )
 
     def joint_positions(self) -> dict[str, float]:
         """The newest position of every joint [rad or m]."""
-        positions: dict[str, float] = {}
-        for message in list(self._joints)[-50:]:
-            positions.update(zip(message.name, message.position, strict=False))
-        return positions
+        return self._joints.newest()
 
     def pose_of(self, frame: str, stamp: rospy.Time | None = None) -> Array:
-        """(4, 4) pose of a frame in the map frame, at a stamp or the newest."""
+        """(4, 4) pose of a frame in the map frame, at a stamp or the newest; never extrapolated."""
         time_wanted = stamp or rospy.Time(0)
         return self._wait(
             lambda: self._lookup(frame, time_wanted),
-            f"a transform from {frame} to {self._map_frame}",
+            lambda: f"a transform from '{frame}' to the map frame '{self._map_frame}': {self._no_transform}",
             self._config.scan.timeout_s,
         )
 
@@ -142,7 +178,8 @@ class RosRobot:
                 None, -1, f"the plan is for map {result.map_sequence}, the map is {map_sequence} by now"
             )
         if result.status != PlanMotionResult.SUCCESS:
-            return Plan(None, -1, result.message)
+            message = result.message or f"status {result.status}"
+            return Plan(None, -1, message, hopeless=result.status in HOPELESS)
         motion = result.trajectory
         ends = dict(zip(motion.joint_names, motion.points[-1].positions, strict=True))
         return Plan(result, result.goal_index, result.message, result.duration, result.path_length, ends)
@@ -157,6 +194,13 @@ class RosRobot:
             if result.status == ExecuteMotionResult.SUCCESS
             else (result.message or f"status {result.status}")
         )
+
+    def _on_joints(self, message: JointState) -> None:
+        problem = self._joints.add(
+            message.header.stamp.to_sec(), message.name, message.position, message.velocity
+        )
+        if problem:
+            self._warn(f"/joint_states: {problem}")
 
     def _publish_removed(self, points: Array, T_map_sensor: Array, stamp: rospy.Time) -> None:
         if self._removed_pub.get_num_connections() == 0:
@@ -199,53 +243,69 @@ class RosRobot:
         taken_s = float(answer.message)
         return self._wait(
             lambda: self._first_cloud(lambda stamp_s: abs(stamp_s - taken_s) < 1e-4),
-            f"the cloud of {taken_s:.3f} s on {self._config.scan.cloud_topic}",
+            lambda: f"the cloud of {taken_s:.3f} s: {self._no_cloud()}",
             self._config.scan.timeout_s,
         )
 
     def _cloud_at_rest(self) -> PointCloud2:
-        timeout_s = self._config.scan.timeout_s
-        rested_s = self._wait(self._resting_since_s, "the robot's joints to come to rest", timeout_s)
+        settings = self._config.scan
+        rested_s = self._wait(
+            self._resting_since_s,
+            lambda: (
+                f"the robot's joints to come to rest: {self._unrest()} (at rest: at most "
+                f"{settings.rest_speed_rad_s:g} a second for {settings.rest_s:g} s)"
+            ),
+            settings.timeout_s,
+        )
         return self._wait(
             lambda: self._first_cloud(lambda stamp_s: stamp_s >= rested_s),
-            f"a cloud on {self._config.scan.cloud_topic} that was taken at rest",
-            timeout_s,
+            lambda: f"a cloud taken at rest, after {rested_s:.3f} s: {self._no_cloud()}",
+            settings.timeout_s,
         )
 
+    def _unrest(self) -> str:
+        settings = self._config.scan
+        return self._joints.unrest(self._joint_names, settings.rest_s, settings.rest_speed_rad_s)
+
     def _resting_since_s(self) -> float | None:
-        """Stamp at which the joints have been slow for long enough, None while they have not."""
-        recent = list(self._joints)
-        if (
-            not recent
-            or recent[-1].header.stamp.to_sec() - recent[0].header.stamp.to_sec() < self._config.scan.rest_s
-        ):
-            return None
-        end_s = recent[-1].header.stamp.to_sec()
-        window = [m for m in recent if end_s - m.header.stamp.to_sec() <= self._config.scan.rest_s]
-        speeds = [abs(speed) for message in window for speed in message.velocity]
-        return end_s if max(speeds, default=0.0) <= self._config.scan.rest_speed_rad_s else None
+        """Stamp up to which the joints are known to have been at rest for long enough, None while they are not."""
+        return None if self._unrest() else self._joints.newest_s()
+
+    def _no_cloud(self) -> str:
+        """Why there is no cloud, as far as can be seen from here."""
+        topic = self._config.scan.cloud_topic
+        newest = max((cloud.header.stamp.to_sec() for cloud in list(self._clouds)), default=None)
+        if newest is not None:
+            return f"the newest on {topic} is of {newest:.3f} s; is it stamped by another clock?"
+        return self._silence(topic, self._cloud_sub)
+
+    @staticmethod
+    def _silence(topic: str, subscriber: rospy.Subscriber) -> str:
+        """What can be said of a topic on which nothing has come."""
+        if subscriber.get_num_connections() == 0:
+            return f"nobody publishes {topic}"
+        return f"{topic} has a publisher, but it has sent nothing"
 
     def _first_cloud(self, wanted: Callable[[float], bool]) -> PointCloud2 | None:
         return next((cloud for cloud in list(self._clouds) if wanted(cloud.header.stamp.to_sec())), None)
 
     def _joints_at(self, stamp: rospy.Time) -> dict[str, float]:
         """Joint positions of the message that is nearest in time, for each joint."""
-        positions: dict[str, float] = {}
-        by_distance = sorted(self._joints, key=lambda m: -abs((m.header.stamp - stamp).to_sec()))
-        for message in by_distance:
-            positions.update(zip(message.name, message.position, strict=False))
+        positions, gap_s = self._joints.at(stamp.to_sec())
+        if gap_s > FAR_JOINTS_S:
+            self._warn(f"positions of joints are {gap_s:.2f} s away from the scan that they are taken for")
         return positions
 
     def _lookup(self, frame: str, stamp: rospy.Time) -> Array | None:
         try:
-            return matrix_from_transform(
-                self._tf_buffer.lookup_transform(self._map_frame, frame, stamp).transform
-            )
-        except tf2_ros.TransformException:
+            found = self._tf_buffer.lookup_transform(self._map_frame, frame.lstrip("/"), stamp)
+        except tf2_ros.TransformException as error:
+            self._no_transform = str(error)
             return None
+        return matrix_from_transform(found.transform)
 
-    def _wait(self, condition: Callable[[], Any], what: str, timeout_s: float) -> Any:
-        """Poll until the condition gives something.
+    def _wait(self, condition: Callable[[], Any], what: Callable[[], str], timeout_s: float) -> Any:
+        """Poll until the condition gives something; ``what`` says what is waited for and why it has not come.
 
         The limit is in wall time on purpose: simulated time may run fast, stand still or jump back.
         """
@@ -255,6 +315,6 @@ class RosRobot:
             if found is not None and found is not False:
                 return found
             if self._stop():
-                raise ExplorationError(f"stopped while waiting for {what}")
+                raise ExplorationError(f"stopped while waiting for {what()}")
             time.sleep(POLL_S)
-        raise ExplorationError(f"waited {timeout_s:.0f} s for {what}")
+        raise ExplorationError(f"waited {timeout_s:.0f} s for {what()}")

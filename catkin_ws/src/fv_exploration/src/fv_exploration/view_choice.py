@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fv_exploration.explore_config import ViewSettings
+from fv_exploration.outcome import Funnel
 from fv_exploration.reachable_views import FREE, DrawnViews, ReachableViews
 from fv_exploration.view_geometry import angles_between, are_alike, spread_out, upright_poses
 
@@ -85,21 +86,24 @@ class ViewChooser:
         self._doubts: list[Doubt] = []
         self._expected: tuple[Array, float] | None = None
 
-    def prepare(self, seed: int, T_map_sensor: Array, utility: Any) -> None:
-        """Make and judge the candidates of one decision.
+    def prepare(self, seed: int, T_map_sensor: Array, utility: Any) -> Funnel:
+        """Make and judge the candidates of one decision; how many were left after each sieve.
 
         :param T_map_sensor: where the camera is now: nearer views cost less.
         :param utility: arrays ``points`` (U, 3), ``utility`` (U,), ``direction`` (U, 3) of the free voxels.
         """
         positions, directions, values = self._proposals(np.random.default_rng(seed), utility)
+        proposed = len(positions)
         keep = self._classify(positions) == FREE
         positions, directions, values = positions[keep], directions[keep], values[keep]
         reachability = self._reachable.reachability(positions, directions)
         keep = reachability >= self._settings.min_reachability
         poses = upright_poses(positions[keep], directions[keep])
         self._pool = self._judged(poses, values[keep], reachability[keep], T_map_sensor)
+        worth_it = int((self._pool.gains >= self._settings.min_gain_m3).sum())
         for pose in self._rejected[-200:]:
             self._drop_alike(pose)
+        return Funnel(proposed, len(positions), len(poses), worth_it)
 
     def shortlist(self) -> Candidates:
         """The best candidates that differ from each other, best first; empty when none is worth a motion."""
