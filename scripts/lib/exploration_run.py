@@ -10,10 +10,12 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import own_network
+from log_warnings import logged
 from nodes import ExplorationNodes
 from progress import Progress
 from ros_session import RosSession, SessionError
@@ -23,6 +25,7 @@ from fv_exploration.run_folder import write_json, write_replacing
 
 ROOT = Path(__file__).resolve().parents[2]
 MIN_FREE_BYTES = 200 * 2**20
+SHOWN_WARNINGS = 5
 
 FILES = {
     "report.html": "the whole run on one page, with the map in 3D; opens in any browser",
@@ -72,14 +75,16 @@ def explore(
         where = "a network of its own" if own_network.is_own() else "this machine's network"
         progress.say(f"starting the nodes (ROS master on port {session.port} of {where})")
         if open_doors:
-            progress.say(f"warning: {open_doors}")
+            progress.warn(open_doors)
         nodes.start(session, folder, progress)
         result = nodes.run_exploration(progress)
-        contacts = nodes.contacts()
+        contacts = unless_it_fails(progress, nodes.contacts)
         if not arguments.no_screenshots:
             progress.say("taking the last pictures")
-            nodes.scene_picture(folder)
-            nodes.last_picture(result["views"], result["known_share"])
+            unless_it_fails(progress, nodes.scene_picture, folder)
+            unless_it_fails(progress, nodes.last_picture, result["views"], result["known_share"])
+        told = [*result["warnings"], *progress.warnings]
+        result["warnings"] = [*told, *logged(session.log_dir, [*told, result["reason"]])]
     record = {
         "world": arguments.world,
         "robot": arguments.robot,
@@ -90,10 +95,18 @@ def explore(
         "wall_s": round(time.monotonic() - started, 2),
         **result,
         **nodes.description(),
-        "warnings": [open_doors] if open_doors else [],
     }
     progress.end()
     return record
+
+
+def unless_it_fails(progress: Progress, work: Callable[..., Any], *arguments: Any) -> Any:
+    """What the work gives; None, and a warning, when it fails: the exploration is done and its record is kept."""
+    try:
+        return work(*arguments)
+    except SessionError as error:
+        progress.warn(" ".join(str(error).split()))
+        return None
 
 
 def add_truth(record: dict[str, Any], nodes: ExplorationNodes, folder: Path) -> None:
@@ -139,17 +152,27 @@ def summary(record: dict[str, Any], folder: Path) -> str:
     if truth:
         bound = "" if truth["observable_settled"] else "at most "
         seen = f", {bound}{100 * explored:.1f} % of what its camera can see at all"
+    ended = "Failed" if record["result"] == "FAILED" else "Ended"
+    contacts = "unknown" if record["contacts"] is None else record["contacts"]
     lines = [
-        f"Ended after {record['views']} views in {record['wall_s']:.0f} s: {record['reason']}.",
+        f"{ended} after {record['views']} views in {record['wall_s']:.0f} s: {record['reason']}.",
         f"Known: {100 * record['known_share']:.1f} % of the volume{seen}.",
-        f"Contacts with the world: {record['contacts']}.",
+        f"Contacts with the world: {contacts}.",
     ]
     if truth:
         lines.append(
             f"Against the truth: {100 * truth['free_in_solid_share']:.3f} % of the free voxels lie inside solids, "
             f"{100 * truth['occupied_far_share']:.2f} % of the occupied ones away from any surface."
         )
+    lines += warning_lines([text for text in record["warnings"] if text not in record["reason"]])
     return "\n".join([*lines, f"Results: {folder} (README.txt says what is what)"])
+
+
+def warning_lines(warnings: list[str]) -> list[str]:
+    """The first few, and where the others are."""
+    lines = [f"Warning: {text}" for text in warnings[:SHOWN_WARNINGS]]
+    more = len(warnings) - SHOWN_WARNINGS
+    return [*lines, f"... and {more} more warnings, in run.json and report.html"] if more > 0 else lines
 
 
 def run(arguments: argparse.Namespace, open_doors: str = "") -> int:
@@ -163,7 +186,8 @@ def run(arguments: argparse.Namespace, open_doors: str = "") -> int:
         record = explore(arguments, nodes, folder, open_doors)
         # At once: the comparison may take minutes, and be interrupted.
         write_json(folder / "run.json", record)
-        wanted = not arguments.no_truth and record["result"] != "CANCELLED"  # who cancels wants an end
+        # Who cancels wants an end; and where the robot has not moved there is little to compare.
+        wanted = not arguments.no_truth and record["result"] != "CANCELLED" and record["views"]
         if wanted and (folder / "map_points.npz").exists():
             add_truth(record, nodes, folder)
             write_json(folder / "run.json", record)

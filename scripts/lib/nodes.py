@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import importlib.metadata
 import subprocess
 import time
@@ -159,21 +158,29 @@ class ExplorationNodes:
             "views": result.views,
             "known_share": round(result.known_share, 5),
             "sim_s": round(rospy.get_time() - started_s, 2),
+            "warnings": list(result.warnings),
         }
 
     def last_picture(self, views: int, known_share: float) -> None:
-        """The finished map; a picture that fails is said and does no harm."""
-        with contextlib.suppress(rospy.ROSException, rospy.ServiceException):
+        """The finished map. :raises SessionError: there is none."""
+        try:
             rospy.wait_for_service("/fv_viz/screenshot", timeout=PICTURE_TIMEOUT_S)
-            rospy.ServiceProxy("/fv_viz/screenshot", Screenshot)(
+            answer = rospy.ServiceProxy("/fv_viz/screenshot", Screenshot)(
                 path="finished.png",
                 title="Finished",
                 facts=[f"{views} views", f"known {100 * known_share:.1f} %"],
             )
+        except (rospy.ROSException, rospy.ServiceException) as error:
+            raise SessionError(f"no picture of the finished map: {error}") from error
+        if not answer.success:
+            raise SessionError(f"no picture of the finished map: {answer.message}")
 
     def contacts(self) -> int:
-        """Physics steps in which the robot touched anything."""
-        return int(rospy.wait_for_message("/hubo_sim/contacts", Contacts, timeout=10.0).total)
+        """Physics steps in which the robot touched anything. :raises SessionError: the simulator does not tell."""
+        try:
+            return int(rospy.wait_for_message("/hubo_sim/contacts", Contacts, timeout=10.0).total)
+        except rospy.ROSException as error:
+            raise SessionError(f"no count of contacts: {error}") from error
 
     def description(self) -> dict[str, Any]:
         """The part of run.json that says what was run."""
@@ -212,7 +219,7 @@ class ExplorationNodes:
         if not group:
             return False
         if self._would_take_hours(group):
-            progress.say(
+            progress.warn(
                 f"{self.robot.name}'s {group} has no closed-form inverse kinematics, so its capability map would take "
                 f"hours (rosrun capability_map build --robot {self._arguments.robot}); views are drawn without one"
             )

@@ -23,6 +23,12 @@ class Progress:
         self._terminal = sys.stdout.isatty()
         self._last_plain = -PLAIN_INTERVAL_S
         self._line = ""
+        self.warnings: list[str] = []
+
+    def warn(self, text: str) -> None:
+        """A line that is also kept: it belongs to the run's record."""
+        self.say(f"warning: {text}")
+        self.warnings.append(text)
 
     def say(self, text: str) -> None:
         """A line of its own."""

@@ -94,6 +94,19 @@ def test_text_from_the_run_cannot_break_the_page(run, tmp_path):
     assert "</script><b>" not in text
 
 
+@pytest.mark.parametrize("warnings", [None, [], "text", ["a <b> of 3 joints", "no picture"]])
+def test_warnings_of_the_run_are_on_the_page(run, tmp_path, warnings):
+    folder = shutil.copytree(run, tmp_path / "run")
+    content = json.loads((folder / "run.json").read_text())
+    content["warnings"] = warnings
+    (folder / "run.json").write_text(json.dumps(content))
+    assert report_main([str(folder)]) == 0
+    text = (folder / "report.html").read_text()
+    shown = isinstance(warnings, list) and bool(warnings)
+    assert ("Warnings of this run" in text) == shown
+    assert ("<li>a &lt;b&gt; of 3 joints</li><li>no picture</li>" in text) == shown
+
+
 def test_a_picture_that_is_none_is_said(run, tmp_path):
     folder = shutil.copytree(run, tmp_path / "run")
     (folder / "screenshots" / "view_002.png").write_bytes(b"no picture")

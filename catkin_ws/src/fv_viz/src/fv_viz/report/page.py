@@ -39,6 +39,7 @@ def report(data: RunData) -> str:
         f"<h1>Exploration: {text(data.name)}</h1>",
         f'<p class="lead">{text(outcome(data))}</p>',
         _missing(data),
+        _warnings(data),
         _tiles(data),
         upper_bound_note(data),
         media.scene(data),
@@ -94,6 +95,15 @@ def _missing(data: RunData) -> str:
     if not data.missing:
         return ""
     return f'<p class="warn">Not everything of this run was found: {text("; ".join(data.missing))}.</p>'
+
+
+def _warnings(data: RunData) -> str:
+    """What was left out, replaced or is likely to be wrong, as run.json lists it."""
+    warnings = data.run.get("warnings")
+    if not isinstance(warnings, list) or not warnings:
+        return ""
+    items = "".join(f"<li>{text(line)}</li>" for line in warnings)
+    return f'<div class="warn">Warnings of this run:<ul>{items}</ul></div>'
 
 
 def _tiles(data: RunData) -> str:
