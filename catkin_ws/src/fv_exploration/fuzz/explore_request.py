@@ -4,6 +4,7 @@ the kind. Each is taken, or refused by an error of one line."""
 import contextlib
 import io
 
+import numpy as np
 import yaml
 from fv_msgs.msg import AttachedObjects, ExploreGoal
 from genpy import DeserializationError
@@ -12,9 +13,12 @@ from sensor_msgs.msg import PointCloud2
 from fv_exploration import MapConfig, OccupancyMap
 from fv_exploration.conversions import held_objects, points_from_cloud
 from fv_exploration.explore_config import ExploreConfig
-from fv_exploration.explore_server import bounds_from_goal
+from fv_exploration.explore_goal import configured, volume
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.schema import from_mapping
+
+TURNED = np.array([[0.8, -0.6, 0.0, 1.0], [0.6, 0.8, 0.0, 2.0], [0.0, 0.0, 1.0, 3.0], [0.0, 0.0, 0.0, 1.0]])
+"""Where the frame of the bounds is, when it is not the map frame."""
 
 
 def one_input(data: bytes) -> None:
@@ -22,7 +26,10 @@ def one_input(data: bytes) -> None:
     kind, rest = data[:1], data[1:]
     with contextlib.suppress(ValueError, DeserializationError, RobotDescriptionError):
         if kind == b"g":
-            bounds_from_goal(message(ExploreGoal, rest))
+            goal = message(ExploreGoal, rest)
+            config = configured(goal, ExploreConfig())
+            low, high = volume(goal, "world", config, lambda frame: TURNED).bounds
+            assert (low < high).all()
         elif kind == b"c":
             points_from_cloud(message(PointCloud2, rest))
         elif kind == b"h":

@@ -85,14 +85,17 @@ def test_any_other_turn_gives_the_box_around_all_corners_and_says_how_much_large
         ((0, 0, math.nan), (1, 1, 1), "nan"),
         ((0, 0, 0), (1, 1, math.inf), "inf"),
         ((-1e300, 0, 0), (1e300, 1e300, 1), "metres"),
+        ((-1.7e308, -1.7e308, 0), (1.7e308, 1.7e308, 1), "metres"),
         ((-1000, -1000, 0), (1000, 1000, 2000), "resolution_m"),
         ((0, 0, 0), (0.1, 0.1, 0.1), "min_gain_m3"),
         ((0, 0, 0), (1e-9, 1e-9, 1e-9), "min_gain_m3"),
     ],
 )
-def test_bounds_that_cannot_be_explored_are_refused_by_name(low, high, said):
+@pytest.mark.parametrize("frame", ["", "table"])
+def test_bounds_that_cannot_be_explored_are_refused_by_name(low, high, said, frame):
+    T = pose(Rotation.from_euler("z", 0.0 if frame == "" else 90.0, degrees=True))
     with pytest.raises(ValueError, match="bounds") as caught:
-        volume(goal(low, high), "world", CONFIG, nobody)
+        volume(goal(low, high, frame), "world", CONFIG, lambda _frame: T)
     assert said in str(caught.value)
     assert "\n" not in str(caught.value)
 

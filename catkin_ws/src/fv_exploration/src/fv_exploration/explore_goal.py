@@ -57,7 +57,8 @@ def volume(
     bounds = _corners(goal)
     frame = goal.header.frame_id.lstrip("/")
     own = frame in ("", map_frame)
-    found = Volume(bounds) if own else enclosing_box(bounds, pose_of(frame), frame, map_frame)
+    with np.errstate(over="ignore", invalid="ignore"):
+        found = Volume(bounds) if own else enclosing_box(bounds, pose_of(frame), frame, map_frame)
     _require_sensible_size(found.bounds, config)
     return found
 
@@ -98,12 +99,12 @@ def enclosing_box(bounds: Bounds, T_map_frame: Array, frame: str, map_frame: str
 
 def _require_sensible_size(bounds: Bounds, config: ExploreConfig) -> None:
     """ValueError for bounds that no memory holds, or in which no view can be worth a motion."""
-    sides = bounds[1] - bounds[0]
-    with np.errstate(over="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
+        sides = bounds[1] - bounds[0]
         voxels, volume_m3 = float(np.prod(sides / config.map.resolution_m)), float(np.prod(sides))
     size = " x ".join(f"{side:g}" for side in sides)
     memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    if voxels * VOXEL_BYTES > memory * MEMORY_SHARE:
+    if not voxels * VOXEL_BYTES <= memory * MEMORY_SHARE:  # NaN, too: from corners whose distance overflows
         raise ValueError(
             f"bounds of {size} m hold {voxels:.2g} voxels of {config.map.resolution_m:g} m, which cost some "
             f"{voxels * VOXEL_BYTES / 2**30:.3g} GiB; valid: at most half of this machine's {memory / 2**30:.3g} GiB. "
