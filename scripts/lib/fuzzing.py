@@ -138,7 +138,7 @@ class Job:
             *([str(target.seeds)] if target.seeds.is_dir() else []),
         ]
         python = os.pathsep.join(filter(None, [os.environ.get("PYTHONPATH"), str(PYTHON)]))
-        environment = {**os.environ, **SANITIZERS, "PYTHONPATH": python}
+        environment = {**os.environ, **SANITIZERS, "PYTHONPATH": python, "TMPDIR": str(work)}
         with self.log.open("wb") as output:
             self._process = subprocess.Popen(
                 command,

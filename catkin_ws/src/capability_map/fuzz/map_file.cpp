@@ -10,6 +10,7 @@
 
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 namespace {
@@ -140,7 +141,8 @@ std::string written(const std::vector<char>& image) {
     line += hex;
   }
   line.resize(kBlock, '\0');
-  const std::string path = "/dev/shm/fv-fuzz-" + std::to_string(getpid()) + ".h5";
+  const std::string path =
+      (std::filesystem::temp_directory_path() / ("fv-fuzz-" + std::to_string(getpid()))).string() + ".h5";
   std::ofstream(path, std::ios::binary) << line << std::string(image.begin(), image.end());
   return path;
 }

@@ -8,6 +8,7 @@ import hashlib
 import io
 import os
 import struct
+import tempfile
 from pathlib import Path
 
 import atheris
@@ -18,7 +19,7 @@ from capability_map import CapabilityMap, CapabilityMapError
 from capability_map.shapes import RULES
 from capability_map.store import MapData, save
 
-PATH = Path(f"/dev/shm/fv-fuzz-{os.getpid()}.h5")
+PATH = Path(tempfile.gettempdir(), f"fv-fuzz-{os.getpid()}.h5")
 BLOCK = 512
 
 

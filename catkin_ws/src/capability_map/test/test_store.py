@@ -109,3 +109,21 @@ def test_a_folder_that_cannot_be_written_is_named(map_path, tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(CapabilityMapError, match="cannot write"):
         store.save(tmp_path / "file" / "map.h5", store.load(map_path))
+
+
+@pytest.mark.parametrize("kind", ["S4", "c16", "?"])
+def test_numbers_of_another_kind_are_read_as_numbers_or_refused(map_path, tmp_path, kind):
+    with h5py.File(map_path, "r") as file:
+        names = [f"shapes/{name}" for name in file["shapes"]]
+    for name in names:
+        path = tmp_path / "kind.h5"
+        path.write_bytes(map_path.read_bytes())
+        with h5py.File(path, "r+") as file:
+            values = file[name][...]
+            del file[name]
+            file[name] = np.full(values.shape, b"word") if kind == "S4" else values.astype(kind)
+        sign(path)
+        try:
+            assert store.load(path).shapes[name.removeprefix("shapes/")].dtype.kind in "fi"
+        except CapabilityMapError as err:
+            assert str(path) in str(err)

@@ -5,6 +5,7 @@ Scans that can be used, or a RecordingError.
 
 import contextlib
 import os
+import tempfile
 from pathlib import Path
 
 import atheris
@@ -17,7 +18,7 @@ from fv_exploration.recordings import RecordingError, read_scans
 STORE = get_typestore(Stores.ROS1_NOETIC)
 STORE.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", "tf2_msgs/msg/TFMessage"))
 FRAMES = ["camera", "hand", "base", "world", "/base", ""]
-PATH = Path(f"/dev/shm/fv-fuzz-{os.getpid()}.bag")
+PATH = Path(tempfile.gettempdir(), f"fv-fuzz-{os.getpid()}.bag")
 
 
 def one_input(data: bytes) -> None:

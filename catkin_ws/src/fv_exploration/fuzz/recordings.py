@@ -2,13 +2,14 @@
 
 import contextlib
 import os
+import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from fv_exploration.recordings import RecordingError, read_scans
 
-FOLDER = Path(f"/dev/shm/fv-fuzz-{os.getpid()}")
+FOLDER = Path(tempfile.gettempdir(), f"fv-fuzz-{os.getpid()}")
 
 
 def one_input(data: bytes) -> None:

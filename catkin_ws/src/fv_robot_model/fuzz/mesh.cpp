@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 
 #include "fv_robot_model/types.h"
@@ -13,7 +14,8 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
   static const std::array<const char*, 3> kEndings{".stl", ".obj", ".dae"};
   if (size == 0) return 0;
   const std::string path =
-      "/dev/shm/fv-fuzz-" + std::to_string(getpid()) + kEndings[data[0] % kEndings.size()];
+      (std::filesystem::temp_directory_path() / ("fv-fuzz-" + std::to_string(getpid()))).string() +
+      kEndings[data[0] % kEndings.size()];
   std::ofstream(path, std::ios::binary)
       .write(reinterpret_cast<const char*>(data) + 1, static_cast<std::streamsize>(size) - 1);
   try {

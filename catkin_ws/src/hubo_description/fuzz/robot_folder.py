@@ -4,11 +4,12 @@ RobotDescriptionError."""
 import contextlib
 import os
 import shutil
+import tempfile
 from pathlib import Path
 
 from hubo_description import RobotDescriptionError, load_robot, robots_folder
 
-FOLDER = Path(f"/dev/shm/fv-fuzz-{os.getpid()}")
+FOLDER = Path(tempfile.gettempdir(), f"fv-fuzz-{os.getpid()}")
 shutil.copytree(robots_folder() / "youbot_arm", FOLDER)
 RIGHT = {path.name: path.read_bytes() for path in FOLDER.iterdir()}
 

@@ -2,12 +2,13 @@
 
 import contextlib
 import os
+import tempfile
 from pathlib import Path
 
 from hubo_sim.errors import SimError
 from hubo_sim.worlds import load_world
 
-PATH = Path(f"/dev/shm/fv-fuzz-{os.getpid()}.yaml")
+PATH = Path(tempfile.gettempdir(), f"fv-fuzz-{os.getpid()}.yaml")
 
 
 def one_input(data: bytes) -> None:

@@ -180,7 +180,10 @@ def _read(file: h5py.File, size: int) -> MapData:
         **{name: float(file.attrs[name]) for name in _NUMBERS},
         **{name: json.loads(file.attrs[name]) for name in ("parameters", "statistics", "joint_names")},
         **arrays,
-        shapes={name: np.asarray(values) for name, values in file.get("shapes", {}).items()},
+        shapes={
+            name: np.asarray(values, "i4" if name.endswith("_type") else "f8")
+            for name, values in file.get("shapes", {}).items()
+        },
         symmetry=str(file.attrs.get("symmetry", MapData.symmetry)),
     )
 

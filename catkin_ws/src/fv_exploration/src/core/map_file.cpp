@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <sstream>
@@ -15,6 +16,7 @@ namespace fv {
 namespace {
 
 constexpr int kDepth = 16;
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 31;  // some 400 million nodes
 
 struct MapFile {
   std::string path;
@@ -29,6 +31,10 @@ struct MapFile {
 MapFile openFile(const std::string& path) {
   MapFile file;
   file.path = path;
+  std::error_code problem;
+  const std::uintmax_t bytes = std::filesystem::file_size(path, problem);  // none for folders, pipes, devices
+  if (problem) file.fail("cannot be opened");
+  if (bytes > kMostBytes) file.fail("has " + std::to_string(bytes) + " bytes; valid: at most 2 GiB");
   std::ifstream stream(path, std::ios::binary);
   if (!stream) file.fail("cannot be opened");
   std::getline(stream, file.first);
