@@ -3,4 +3,8 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["fv_exploration"], package_dir={"": "src"}))
+setup(
+    **generate_distutils_setup(
+        packages=["fv_exploration", "fv_exploration.recordings"], package_dir={"": "src"}
+    )
+)

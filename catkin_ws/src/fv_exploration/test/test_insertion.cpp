@@ -196,6 +196,94 @@ TEST(Insertion, NearReturnsAreDroppedWithTheirRay) {
   EXPECT_EQ(map.count(fv::kFree), 0);
 }
 
+/// Points of every size that a number can have, up to `most_exponent` decimal digits before the point.
+Points anyPoints(std::mt19937& random, int count, double most_exponent) {
+  std::uniform_real_distribution<double> exponent(-320, most_exponent);
+  std::uniform_int_distribution<int> kind(0, 9);
+  Points out(count, 3);
+  for (Eigen::Index i = 0; i < out.size(); ++i) {
+    const int k = kind(random);
+    const double size = k < 4 ? std::pow(10, exponent(random)) : k < 7 ? 0.5 * k : k < 8 ? 0.0 : 1e-29;
+    out.data()[i] = k % 2 ? size : -size;
+  }
+  return out;
+}
+
+TEST(Insertion, PointsThatNoSensorSeesAreDroppedAndCounted) {
+  std::mt19937 random(9);
+  for (const bool dense : {true, false})
+    for (const double shift : {0.0, 0.05, 1600.0}) {
+      fv::MapConfig config;
+      config.dense_limit_mb = dense ? 64 : 0;
+      OccupancyMap map(config), sane(config);
+      const Points points = anyPoints(random, 400, 300);
+      Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+      T(0, 3) = shift;
+      int64_t absurd = 0;
+      Points kept(points.rows(), 3);
+      Eigen::Index rows = 0;
+      for (Eigen::Index i = 0; i < points.rows(); ++i) {
+        const double range = points.row(i).stableNorm();
+        if (range < fv::kNearestReturn || range > fv::kFarthestReturn)
+          ++absurd;
+        else
+          kept.row(rows++) = points.row(i);
+      }
+      const auto counts = map.insertScan(points, T, {0.0, 5.0, 0.0}, Points(0, 3)).counts;
+      sane.insertScan(kept.topRows(rows), T, {0.0, 5.0, 0.0}, Points(0, 3));
+      EXPECT_EQ(counts.at("absurd"), absurd);
+      EXPECT_GT(absurd, 50);
+      EXPECT_EQ(counts.at("dropped"), absurd);
+      EXPECT_EQ(counts.at("hits") + counts.at("far"), rows);
+      expectSameTree(map.tree(), sane.tree());
+    }
+}
+
+TEST(Insertion, RaysWithoutLengthMarkTheirEndOnly) {
+  OccupancyMap map(fv::MapConfig{});
+  const float tiny = 1e-29F;
+  map.insertRays({point3d(0, 0, 0), {point3d(-tiny, tiny, 0)}, {point3d(tiny, -tiny, -tiny)}}, -1);
+  EXPECT_EQ(map.count(fv::kOccupied), 1);
+  EXPECT_EQ(map.count(fv::kFree), 0);
+}
+
+TEST(Insertion, RaysThatEndBeyondTheKeysAreCounted) {
+  for (const bool dense : {true, false}) {
+    fv::MapConfig config;
+    config.resolution_m = 0.001;  // reaches 32.768 m
+    config.dense_limit_mb = dense ? 512 : 0;
+    OccupancyMap map(config);
+    Points p(3, 3);
+    p << 0.1, 0, 0, 40, 0, 0, 0, 0, 90;
+    const auto counts = map.insertScan(p, Eigen::Matrix4d::Identity(), {}, Points(0, 3)).counts;
+    EXPECT_EQ(counts.at("outside"), 2);
+    EXPECT_EQ(counts.at("hits"), 1);
+    EXPECT_EQ(map.count(fv::kOccupied), 1);
+  }
+}
+
+TEST(BadInput, SensorsBeyondTheKeysAreNamedWithTheShiftTheyNeed) {
+  OccupancyMap map(fv::MapConfig{});
+  Points p(1, 3);
+  p << 1, 0, 0;
+  for (const double away : {1638.5, 382000.25, 1e30, 1e300}) {
+    Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+    T(1, 3) = -away;
+    EXPECT_THROW(map.insertScan(p, T, {}, Points(0, 3)), fv::OutsideKeysError);
+  }
+  Eigen::Matrix4d T = Eigen::Matrix4d::Identity();
+  T.topRightCorner<3, 1>() << 382000.25, 5621000.5, 112;
+  try {
+    map.insertScan(p, T, {}, Points(0, 3));
+  } catch (const fv::OutsideKeysError& error) {
+    const std::string text = error.what();
+    EXPECT_NE(text.find("(382000.25, 5621000.5, 112)"), std::string::npos) << text;
+    EXPECT_NE(text.find("1638.4 m"), std::string::npos) << text;
+    EXPECT_NE(text.find("(-382000, -5621001, -112)"), std::string::npos) << text;
+  }
+  EXPECT_EQ(map.sequence(), 0U);
+}
+
 TEST(Insertion, ReportsExactlyTheVoxelsThatChanged) {
   OccupancyMap map(fv::MapConfig{});
   std::mt19937 random(5);

@@ -18,8 +18,9 @@ struct FilterConfig {
   void validate() const;
 };
 
-/// Points (M, 3) that pass; rows that are not finite are gone. Sensor frame in, sensor frame out.
-/// One stray return inflates the convex hull, and with it the voids: that is what these are for.
+/// Points (M, 3) that pass; rows that are not finite, or at ranges that no sensor sees, are gone. Sensor
+/// frame in, sensor frame out. One stray return inflates the convex hull, and with it the voids: that is what
+/// these are for.
 PointsF filterCloud(const Eigen::Ref<const PointsF>& points_sensor, const FilterConfig& config);
 
 }  // namespace fv

@@ -11,6 +11,13 @@ class InputError : public std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
+/// A sensor that stands where an octree of the map's resolution has no voxels; the text says how far to shift
+/// it.
+class OutsideKeysError : public InputError {
+ public:
+  using InputError::InputError;
+};
+
 /// A map file that is truncated, foreign or cannot be opened; the text names the file.
 class MapFileError : public std::runtime_error {
  public:

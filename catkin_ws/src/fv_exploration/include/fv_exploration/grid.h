@@ -16,6 +16,9 @@ using Voxels = Eigen::Matrix<int32_t, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
 /// Half the number of OctoMap's keys along an axis.
 constexpr int kKeyOffset = 32768;
+/// What a sensor can measure at all [m]. Nearer and farther points come from wrong byte orders, from drivers
+/// that write 0 0 0 for no return, or from damaged files.
+constexpr double kNearestReturn = 1e-6, kFarthestReturn = 1e5;
 /// Edge of a tile [voxels]; evaluation is cached by tile.
 constexpr int kTile = 16;
 constexpr int kTileVoxels = kTile * kTile * kTile;

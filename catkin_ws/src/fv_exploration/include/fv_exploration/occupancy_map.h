@@ -42,8 +42,11 @@ struct ScanConfig {
 
 /// What one change of the map did.
 struct InsertResult {
-  std::vector<Change> changes;            ///< voxels whose class changed
-  std::map<std::string, int64_t> counts;  ///< points, dropped, rays, voxels marked free and occupied, changed
+  std::vector<Change> changes;  ///< voxels whose class changed
+  /// Of a scan's points: points, and of these dropped with their ray: no_return (unless they clear), absurd,
+  /// near; rays, of these hits, far (they clear up to the largest range), outside (end beyond the octree's
+  /// keys). Of voxels: free and occupied (marked so), changed.
+  std::map<std::string, int64_t> counts;
   std::map<std::string, double> timings;  ///< [s]: rays, mark, tree, classes, total
   uint64_t sequence = 0;                  ///< of the map, afterwards
 };
@@ -65,13 +68,14 @@ class OccupancyMap {
 
   /// Insert a scan: the classes, log odds and pruning that OcTree::insertPointCloud(lazy_eval = false,
   /// discretize = false) gives for the cloud in the map frame, cut to the bounds.
-  /// @param points_sensor (N, 3) [m], sensor frame; rows that are not finite had no return.
+  /// @param points_sensor (N, 3) [m], sensor frame; rows that are not finite had no return. Ranges below
+  /// kNearestReturn or above kFarthestReturn are dropped with their ray.
   /// @param T_map_sensor  rigid (4, 4), takes sensor-frame points to the map frame.
   /// @param directions_sensor (N, 3) where each row looks, of any length; (0, 3) when unknown. Needed for
   /// rays without
   ///        return to clear anything.
-  /// @throws InputError for shapes that do not match or a transform that is not rigid; the map is unchanged
-  /// then.
+  /// @throws InputError for shapes that do not match or a transform that is not rigid, OutsideKeysError for a
+  /// sensor beyond the octree's keys; the map is unchanged then.
   InsertResult insertScan(const Eigen::Ref<const Points>& points_sensor, const Eigen::Matrix4d& T_map_sensor,
                           const ScanConfig& scan, const Eigen::Ref<const Points>& directions_sensor);
 
@@ -130,6 +134,7 @@ class OccupancyMap {
   void layOut(const Voxel& min, const Voxel& max);
   void makeRoom(const Voxel& min, const Voxel& max);
   void fillOutside();
+  void requireInKeys(const Eigen::Vector3d& sensor) const;
   void record(const std::vector<Change>& changes);
   void adopt(const octomap::OcTree& tree);
   InsertResult finish(std::vector<Change> changes, InsertResult result);

@@ -26,6 +26,8 @@ struct VoxelBox {
 
 struct MarkCounts {
   int64_t rays = 0;
+  int64_t hits = 0;     ///< rays that end in an occupied voxel, or would but for `keep`
+  int64_t outside = 0;  ///< rays that end beyond the keys: they mark nothing
   int64_t free = 0;
   int64_t occupied = 0;
 };

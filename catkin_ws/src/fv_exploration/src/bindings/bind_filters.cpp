@@ -30,9 +30,10 @@ void bindFilters(py::module_& m) {
         return filterCloud(list, config);
       },
       py::arg("points_sensor"), py::arg("config"),
-      "(M, 3) float32 points of (N, 3) that pass, sensor frame. Rows that are not finite are gone, so that "
-      "rows no longer\n"
-      "match pixels: rays without return cannot clear anything after it.");
+      "(M, 3) float32 points of (N, 3) that pass, sensor frame. Rows that are not finite, or at ranges that "
+      "no "
+      "sensor sees,\n"
+      "are gone, so that rows no longer match pixels: rays without return cannot clear anything after it.");
 }
 
 }  // namespace fv

@@ -85,7 +85,12 @@ void bindResult(py::module_& m) {
           "(K,) int8 class before: -1 unknown, 0 free, 1 occupied.")
       .def_property_readonly(
           "after", [](const InsertResult& r) { return changedClasses(r, true); }, "(K,) int8 class after.")
-      .def_readonly("counts", &InsertResult::counts)
+      .def_readonly(
+          "counts", &InsertResult::counts,
+          "Of a scan's points: points, dropped (made no ray), no_return, absurd (at ranges that no sensor "
+          "sees),\n"
+          "near; rays, of these hits, far (clear up to the largest range), outside (end beyond the octree's\n"
+          "keys). Of voxels: free and occupied (marked so), changed.")
       .def_readonly("timings", &InsertResult::timings, "Seconds.")
       .def_readonly("sequence", &InsertResult::sequence, "Sequence number of the map afterwards.");
 }
@@ -121,9 +126,12 @@ void bindInput(py::class_<OccupancyMap>& c) {
           py::arg("scan") = ScanConfig{}, py::arg("ray_directions") = py::none(),
           "Insert a scan, as OctoMap's insertPointCloud(lazy_eval=False, discretize=False), cut to the "
           "bounds.\n\n"
-          "points_sensor (N, 3) [m], sensor frame, not finite: no return. T_map_sensor (4, 4) rigid.\n"
+          "points_sensor (N, 3) [m], sensor frame, not finite: no return. Ranges that no sensor sees (below\n"
+          "NEAREST_RETURN_M, above FARTHEST_RETURN_M) are dropped. T_map_sensor (4, 4) rigid.\n"
           "ray_directions (N, 3), any length: where rows without return look; needed for no_return_clear_m.\n"
-          "Returns InsertResult. InputError for wrong shapes or transforms; the map is as it was then.")
+          "Returns InsertResult. InputError for wrong shapes or transforms, OutsideKeysError for a sensor "
+          "where\n"
+          "an octree of this resolution has no voxels; the map is as it was then.")
       .def(
           "mark_free",
           [](OccupancyMap& map, const Array& points) { return map.markFree(toPoints(points, "centres")); },

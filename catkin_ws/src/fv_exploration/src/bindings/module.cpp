@@ -28,8 +28,11 @@ PYBIND11_MODULE(_core, m) {
   m.doc() =
       "Occupancy map, frontiers, voids, utility and view gain. Metres and radians; map frame unless said "
       "otherwise.";
-  pybind11::register_exception<fv::InputError>(m, "InputError", PyExc_ValueError);
+  const auto input_error = pybind11::register_exception<fv::InputError>(m, "InputError", PyExc_ValueError);
+  pybind11::register_exception<fv::OutsideKeysError>(m, "OutsideKeysError", input_error);
   pybind11::register_exception<fv::MapFileError>(m, "MapFileError", PyExc_OSError);
+  m.attr("NEAREST_RETURN_M") = fv::kNearestReturn;
+  m.attr("FARTHEST_RETURN_M") = fv::kFarthestReturn;
   fv::bindMap(m);
   fv::bindEvaluation(m);
   fv::bindUtility(m);

@@ -20,8 +20,8 @@ Cloud::Ptr inRange(const Eigen::Ref<const PointsF>& points, const FilterConfig& 
   Cloud::Ptr out(new Cloud);
   for (Eigen::Index i = 0; i < points.rows(); ++i) {
     const double range = points.row(i).cast<double>().norm();
-    if (!std::isfinite(range) || range < c.min_range_m || (c.max_range_m > 0 && range > c.max_range_m))
-      continue;
+    if (!(range >= kNearestReturn && range <= kFarthestReturn)) continue;
+    if (range < c.min_range_m || (c.max_range_m > 0 && range > c.max_range_m)) continue;
     out->push_back({points(i, 0), points(i, 1), points(i, 2)});
   }
   return out;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fv_exploration/parallel.h"
+#include "ray_walk.h"
 
 namespace fv {
 
@@ -30,6 +31,42 @@ void requireRigid(const Eigen::Matrix4d& T) {
 
 octomap::point3d toPoint(const Eigen::Vector3d& p) {
   return {static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z())};
+}
+
+/// A scan's points as rays in the map frame, and how many of them became none, or clear only.
+struct SortedScan {
+  ScanRays rays;
+  int64_t no_return = 0, absurd = 0, near = 0;
+};
+
+SortedScan sortScan(const Eigen::Ref<const Points>& points, const Eigen::Matrix4d& T, const ScanConfig& scan,
+                    const Eigen::Ref<const Points>& directions) {
+  const Eigen::Matrix3d R = T.topLeftCorner<3, 3>();
+  const Eigen::Vector3d t = T.topRightCorner<3, 1>();
+  const bool directed = directions.rows() > 0 && scan.no_return_clear_m > 0;
+  SortedScan out;
+  out.rays.origin = toPoint(t);
+  out.rays.hits.reserve(points.rows());
+  for (Eigen::Index i = 0; i < points.rows(); ++i) {
+    const Eigen::Vector3d p = points.row(i);
+    const double squared = p.squaredNorm();
+    if (squared >= kNearestReturn * kNearestReturn && squared <= kFarthestReturn * kFarthestReturn) {
+      if (squared >= scan.min_range_m * scan.min_range_m)
+        out.rays.hits.push_back(toPoint(R * p + t));
+      else
+        ++out.near;
+    } else if (p.allFinite()) {
+      ++out.absurd;
+    } else {
+      ++out.no_return;
+      const Eigen::Vector3d d =
+          directed ? Eigen::Vector3d(directions.row(i)) : Eigen::Vector3d::Zero().eval();
+      const double length = d.norm();
+      if (length > 0 && std::isfinite(length))
+        out.rays.cleared.push_back(toPoint(R * (d * (scan.no_return_clear_m / length)) + t));
+    }
+  }
+  return out;
 }
 
 }  // namespace
@@ -184,46 +221,42 @@ InsertResult OccupancyMap::insertScan(const Eigen::Ref<const Points>& points_sen
   const auto start = Clock::now();
   scan.validate();
   requireRigid(T_map_sensor);
-  const bool directed = directions_sensor.rows() > 0 && scan.no_return_clear_m > 0;
   if (directions_sensor.rows() > 0)
     require(directions_sensor.rows() == points_sensor.rows(), "rows of ray_directions",
             directions_sensor.rows(), "as many as points");
-  const Eigen::Matrix3d R = T_map_sensor.topLeftCorner<3, 3>();
-  const Eigen::Vector3d t = T_map_sensor.topRightCorner<3, 1>();
-  ScanRays rays;
-  rays.origin = toPoint(t);
-  rays.hits.reserve(points_sensor.rows());
-  int64_t dropped = 0;
-  for (Eigen::Index i = 0; i < points_sensor.rows(); ++i) {
-    const Eigen::Vector3d p = points_sensor.row(i);
-    const double squared = p.squaredNorm();
-    if (std::isfinite(squared)) {
-      if (squared >= scan.min_range_m * scan.min_range_m)
-        rays.hits.push_back(toPoint(R * p + t));
-      else
-        ++dropped;
-      continue;
-    }
-    const Eigen::Vector3d d =
-        directed ? Eigen::Vector3d(directions_sensor.row(i)) : Eigen::Vector3d::Zero().eval();
-    const double length = d.norm();
-    if (length > 0 && std::isfinite(length))
-      rays.cleared.push_back(toPoint(R * (d * (scan.no_return_clear_m / length)) + t));
-    else
-      ++dropped;
-  }
+  requireInKeys(T_map_sensor.topRightCorner<3, 1>());
+  SortedScan sorted = sortScan(points_sensor, T_map_sensor, scan, directions_sensor);
+  const auto rays = static_cast<int64_t>(sorted.rays.hits.size() + sorted.rays.cleared.size());
   const double rays_s = secondsSince(start);
-  InsertResult result = insertRays(std::move(rays), std::isinf(scan.max_range_m) ? -1.0 : scan.max_range_m);
+  InsertResult result =
+      insertRays(std::move(sorted.rays), std::isinf(scan.max_range_m) ? -1.0 : scan.max_range_m);
   result.counts["points"] = points_sensor.rows();
-  result.counts["dropped"] = dropped;
+  result.counts["dropped"] = points_sensor.rows() - rays;
+  result.counts["no_return"] = sorted.no_return;
+  result.counts["absurd"] = sorted.absurd;
+  result.counts["near"] = sorted.near;
   result.timings["rays"] = rays_s;
   result.timings["total"] = secondsSince(start);
   return result;
 }
 
+void OccupancyMap::requireInKeys(const Eigen::Vector3d& sensor) const {
+  Voxel v;
+  if (RayMaker(resolution()).voxel(toPoint(sensor), v)) return;
+  const Eigen::IOFormat row(10, Eigen::DontAlignCols, ", ", ", ", "", "", "(", ")");
+  const Eigen::Vector3d shift = -sensor.array().round();
+  std::ostringstream text;
+  text << "the sensor is at " << sensor.transpose().format(row) << " m; valid: within "
+       << kKeyOffset * resolution() << " m of the map's origin along each axis (" << kKeyOffset
+       << " voxels of " << resolution() << " m): shift all positions by about "
+       << shift.transpose().format(row) << " m";
+  throw OutsideKeysError(text.str());
+}
+
 InsertResult OccupancyMap::insertRays(ScanRays rays, double max_range_m) {
   InsertResult result;
   auto start = Clock::now();
+  const std::size_t cleared = rays.cleared.size();
   if (max_range_m >= 0) {
     const auto far = [&](const octomap::point3d& p) { return (p - rays.origin).norm() > max_range_m; };
     std::vector<octomap::point3d> near;
@@ -237,6 +270,7 @@ InsertResult OccupancyMap::insertRays(ScanRays rays, double max_range_m) {
     }
     rays.hits.swap(near);
   }
+  const auto far = static_cast<int64_t>(rays.cleared.size() - cleared);
   MarkCounts counts;
   std::vector<MarkBlock> blocks = markScan(rays, resolution(), bounds_, threads(),
                                            static_cast<std::size_t>(config_.dense_limit_mb * 1e6), counts);
@@ -252,7 +286,8 @@ InsertResult OccupancyMap::insertRays(ScanRays rays, double max_range_m) {
   start = Clock::now();
   std::vector<Change> changes = tree_->apply(blocks, threads());
   result.timings["tree"] = secondsSince(start);
-  result.counts = {{"rays", counts.rays}, {"free", counts.free}, {"occupied", counts.occupied}};
+  result.counts = {{"rays", counts.rays},       {"hits", counts.hits}, {"far", far},
+                   {"outside", counts.outside}, {"free", counts.free}, {"occupied", counts.occupied}};
   start = Clock::now();
   result = finish(std::move(changes), std::move(result));
   result.timings["classes"] = secondsSince(start);

@@ -32,11 +32,13 @@ class RayMaker {
     double length;
   };
 
-  /// @return false when there is nothing to walk: both ends in one voxel, or one beyond the keys.
+  /// @return false when there is nothing to walk: both ends in one voxel, one beyond the keys, or so near to
+  /// each other that their distance is 0 in float.
   bool start(const octomap::point3d& origin, const octomap::point3d& end, Ray& ray) const {
     if (!voxel(origin, ray.at) || !voxel(end, ray.end) || ray.at == ray.end) return false;
     octomap::point3d direction = end - origin;
     const float length = static_cast<float>(direction.norm());
+    if (!(length > 0)) return false;
     direction /= length;
     ray.length = length;
     for (int i = 0; i < 3; ++i) {

@@ -181,15 +181,19 @@ class SparseMarks {
 };
 
 /// The voxels that the rays span, with a margin for the last step's rounding; false without any.
-bool extent(const Ends& ends, const octomap::point3d& origin, const RayMaker& maker, Voxel& min, Voxel& max) {
-  if (!maker.voxel(origin, min)) return false;
+/// Counts the ends beyond the keys.
+bool extent(const Ends& ends, const RayMaker& maker, Voxel& min, Voxel& max, int64_t& outside) {
+  if (!maker.voxel(ends.rays.origin, min)) return false;
   max = min;
   Voxel v;
-  for (int i = 0; i < ends.size(); ++i)
+  for (int i = 0; i < ends.size(); ++i) {
     if (maker.voxel(ends[i], v)) {
       min = min.cwiseMin(v);
       max = max.cwiseMax(v);
+    } else {
+      ++outside;
     }
+  }
   min.array() -= 2;
   max.array() += 2;
   return true;
@@ -213,8 +217,11 @@ std::vector<MarkBlock> markDense(const Ends& ends, const RayMaker& maker, const 
           [&](const RayMaker::Ray& ray, int thread) { marks.miss(ray, *batches[thread], thread); });
   for (int i = 0; i < threads; ++i) marks.finish(*batches[i], i);
   Voxel v;
-  for (const octomap::point3d& hit : ends.rays.hits)
-    if (maker.voxel(hit, v)) marks.hit(v);
+  for (const octomap::point3d& hit : ends.rays.hits) {
+    if (!maker.voxel(hit, v)) continue;
+    marks.hit(v);
+    ++counts.hits;
+  }
   return marks.blocks(keep, threads, counts);
 }
 
@@ -224,8 +231,11 @@ std::vector<MarkBlock> markSparse(const Ends& ends, const RayMaker& maker, const
   walkAll(ends, maker, threads, [&](const RayMaker::Ray& ray, int thread) { marks[thread].miss(ray); });
   for (int i = 1; i < threads; ++i) marks[0].absorb(marks[i]);
   Voxel v;
-  for (const octomap::point3d& hit : ends.rays.hits)
-    if (maker.voxel(hit, v)) marks[0].set(v, kHit);
+  for (const octomap::point3d& hit : ends.rays.hits) {
+    if (!maker.voxel(hit, v)) continue;
+    marks[0].set(v, kHit);
+    ++counts.hits;
+  }
   return marks[0].blocks(keep, counts);
 }
 
@@ -237,7 +247,7 @@ std::vector<MarkBlock> markScan(const ScanRays& rays, double resolution_m, const
   const RayMaker maker(resolution_m);
   counts.rays = ends.size();
   Voxel min, max;
-  if (!extent(ends, rays.origin, maker, min, max)) {
+  if (!extent(ends, maker, min, max, counts.outside)) {
     // As OctoMap: a sensor beyond the keys clears nothing, but its hits count.
     return markSparse(ends, maker, keep, threads, counts);
   }

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,8 @@ from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
+from fv_exploration.cloud_layout import CloudLayoutError, cloud_points
+from fv_exploration.recordings.errors import python_warning
 from fv_exploration.robot_body import HeldObject
 from fv_robot_model import Shape
 
@@ -34,37 +37,17 @@ class MessageError(ValueError):
     """A message cannot be used; the text names the field and what would be valid."""
 
 
-def points_from_cloud(cloud: PointCloud2) -> NDArray[np.float32]:
+def points_from_cloud(cloud: PointCloud2, warn: Callable[[str], None] = python_warning) -> NDArray:
     """The x, y, z of a cloud in its own frame.
 
-    :return: (height * width, 3) float32 [m]; rows with NaN had no return.
-    :raises MessageError: without float32 x, y, z, or with sizes that do not match the data.
+    :param warn: called with one line for what was replaced, such as a byte order that makes no sense.
+    :return: (height * width, 3) float32 or float64 [m]; rows with NaN had no return.
+    :raises MessageError: without x, y and z, or with sizes that do not match the data.
     """
-    fields = {item.name: item for item in cloud.fields}
-    for name in "xyz":
-        if name not in fields or fields[name].datatype != PointField.FLOAT32:
-            raise MessageError(f"cloud fields are {sorted(fields)}; needs float32 x, y and z")
-    expected = cloud.row_step * cloud.height
-    row_is_whole = cloud.row_step >= cloud.point_step * cloud.width
-    last = max(fields[name].offset + 4 for name in "xyz")
-    if cloud.point_step < last or not row_is_whole or len(cloud.data) < expected:
-        raise MessageError(
-            f"cloud of {cloud.width} x {cloud.height} points has point_step {cloud.point_step}, row_step "
-            f"{cloud.row_step} and {len(cloud.data)} bytes; these do not fit together"
-        )
-    order = ">" if cloud.is_bigendian else "<"
-    point = np.dtype(
-        {
-            "names": ["x", "y", "z"],
-            "formats": [f"{order}f4"] * 3,
-            "offsets": [fields[name].offset for name in "xyz"],
-            "itemsize": cloud.point_step,
-        }
-    )
-    rows = np.ndarray(
-        (cloud.height, cloud.width), point, cloud.data, strides=(cloud.row_step, cloud.point_step)
-    )
-    return np.stack([rows[name].ravel() for name in "xyz"], axis=1).astype(np.float32)
+    try:
+        return cloud_points(cloud, warn)
+    except CloudLayoutError as error:
+        raise MessageError(str(error)) from error
 
 
 def cloud_msg(points: NDArray, header: Header) -> PointCloud2:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import sys
 import time
 from pathlib import Path
@@ -18,6 +19,7 @@ from fv_exploration import (
     InputError,
     MapConfig,
     OccupancyMap,
+    OutsideKeysError,
     PinholeCamera,
     ScanConfig,
     best_views,
@@ -26,8 +28,11 @@ from fv_exploration import (
     write_color_tree,
     write_utility_tree,
 )
+from fv_exploration.evaluation_files import result_names, whole_files
 from fv_exploration.evaluation_picture import draw_evaluation
 from fv_exploration.recordings import RecordingError, read_scans
+from fv_exploration.recordings.errors import Warn
+from fv_exploration.returns import Returns
 
 MAX_RAYS = 10_000_000
 """Of Algorithm 1: a whole building has more frontier and more voids than are worth each other's rays."""
@@ -48,27 +53,46 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     parser.add_argument("--outliers", type=int, default=0, help="neighbours of the outlier filter; 0: off")
     parser.add_argument("--topic", default="", help="cloud topic of a bag (default: its only one)")
     parser.add_argument("--map-frame", default="", help="frame of the map in a bag (default: root of its TF)")
+    parser.add_argument(
+        "--shift",
+        type=float,
+        nargs=3,
+        default=(0.0, 0.0, 0.0),
+        metavar=("X", "Y", "Z"),
+        help="added to all sensor positions [m], for recordings far from their origin (map coordinates)",
+    )
     return parser.parse_args(arguments)
 
 
 def main(arguments: list[str]) -> int:
-    """Run; 0, or 1 after one line that says what is wrong."""
+    """Evaluate each file; 0, or 1 after one line for each file that cannot be evaluated."""
     options = parse(arguments)
-    try:
-        for path in options.files:
-            evaluate(path, options)
-    except (RecordingError, InputError, OSError) as error:
-        print(f"evaluate_cloud: {error}", file=sys.stderr)
-        return 1
-    print(f"results: {options.out.resolve()}")
-    return 0
+    paths = list(dict.fromkeys(Path(os.path.abspath(path)) for path in options.files))
+    failed = 0
+    for path, name in zip(paths, result_names(paths, options.out), strict=True):
+        try:
+            evaluate(path, name, options)
+        except (RecordingError, InputError, OSError, MemoryError) as error:
+            print(f"evaluate_cloud: {error or 'out of memory'}", file=sys.stderr)
+            failed += 1
+    if failed < len(paths):
+        print(f"results: {options.out.resolve()}")
+    return 1 if failed else 0
 
 
-def evaluate(path: Path, options: argparse.Namespace) -> dict[str, Any]:
+def evaluate(path: Path, name: str, options: argparse.Namespace) -> dict[str, Any]:
     """Map and evaluate one file; writes <out>/<name>.{json,png,ot} and two trees with utility. Returns the JSON."""
     start = time.perf_counter()
+    warnings: list[str] = []
+
+    def warn(text: str) -> None:
+        warnings.append(text)
+        print(f"evaluate_cloud: warning: {text}", file=sys.stderr)
+
+    if name != path.stem:
+        print(f"{path}: its results are named {name}, so that those of other files stay")
     occupancy_map = OccupancyMap(MapConfig(resolution_m=options.resolution))
-    scans, T_map_sensor = _insert(path, options, occupancy_map)
+    returns, scans, T_map_sensor = _insert(path, options, occupancy_map, warn)
     evaluator = Evaluator(occupancy_map, EvaluationConfig(min_fit=options.min_fit))
     evaluation = evaluator.update()
     utility = evaluator.utility(options.utility_range, max_rays=MAX_RAYS)
@@ -76,8 +100,12 @@ def evaluate(path: Path, options: argparse.Namespace) -> dict[str, Any]:
     counts = occupancy_map.counts()  # its map has no bounds: unknown space has no number of voxels
     report = {
         "file": path.name,
+        "path": str(path),
+        "warnings": warnings,
         "scans": scans,
+        "points": returns.counts(),
         "resolution_m": options.resolution,
+        "shift_m": list(options.shift),
         "voxels": {
             "occupied": counts["occupied"],
             "free": counts["free"],
@@ -90,13 +118,12 @@ def evaluate(path: Path, options: argparse.Namespace) -> dict[str, Any]:
         "views": views,
         "seconds": {"total": time.perf_counter() - start, **evaluation.timings},
     }
-    options.out.mkdir(parents=True, exist_ok=True)
-    stem = options.out / path.stem
-    occupancy_map.write_ot(f"{stem}.ot")
-    write_utility_tree(occupancy_map, utility, f"{stem}_utility.ot")
-    write_color_tree(occupancy_map, utility, f"{stem}_utility_colors.ot")
-    draw_evaluation(occupancy_map, evaluation, views, T_map_sensor, f"{stem}.png")
-    Path(f"{stem}.json").write_text(json.dumps(report, indent=1) + "\n")
+    with whole_files(options.out, name) as beginning:
+        occupancy_map.write_ot(f"{beginning}.ot")
+        write_utility_tree(occupancy_map, utility, f"{beginning}_utility.ot")
+        write_color_tree(occupancy_map, utility, f"{beginning}_utility_colors.ot")
+        draw_evaluation(occupancy_map, evaluation, views, T_map_sensor, f"{beginning}.png")
+        Path(f"{beginning}.json").write_text(json.dumps(report, indent=1) + "\n")
     print(
         f"{path.name}: {scans} scans, {report['voxels']}, {len(evaluation.ellipsoids)} void clusters, "
         f"{report['frontier_clusters']} frontier clusters, {report['seconds']['total']:.2f} s"
@@ -104,19 +131,42 @@ def evaluate(path: Path, options: argparse.Namespace) -> dict[str, Any]:
     return report
 
 
-def _insert(path: Path, options: argparse.Namespace, occupancy_map: OccupancyMap) -> tuple[int, np.ndarray]:
-    """Insert all scans of a file; returns their number and the last sensor pose."""
-    scan_config = ScanConfig(max_range_m=options.max_range)
-    filters = FilterConfig(outlier_neighbours=options.outliers)
-    count, returns, pose = 0, 0, np.eye(4)
-    for scan in read_scans(path, options.topic, options.map_frame):
-        points = filter_cloud(scan.points_sensor, filters) if options.outliers else scan.points_sensor
-        occupancy_map.insert_scan(points, scan.T_map_sensor, scan_config)
-        count, pose = count + 1, scan.T_map_sensor
-        returns += int(np.isfinite(points).all(axis=1).sum())
-    if returns == 0:
-        raise RecordingError(f"{path}: has no scan with a point in it ({count} scans)")
-    return count, pose
+def _insert(
+    path: Path, options: argparse.Namespace, occupancy_map: OccupancyMap, warn: Warn
+) -> tuple[Returns, int, np.ndarray]:
+    """Insert all scans of a file; returns what became of their points, their number and the last sensor pose.
+
+    :raises RecordingError: when none of the points can be used, saying why.
+    """
+    limits = ScanConfig(max_range_m=options.max_range)
+    returns, scans, pose = Returns(limits), 0, np.eye(4)
+    for scan in read_scans(path, options.topic, options.map_frame, warn):
+        pose = scan.T_map_sensor.copy()
+        pose[:3, 3] += options.shift
+        try:
+            counts = _inserted(scan.points_sensor, pose, limits, options.outliers, occupancy_map)
+        except OutsideKeysError as error:
+            raise RecordingError(f"{path}: {error} (--shift X Y Z)") from error
+        returns.add(scan.points_sensor, counts)
+        scans += 1
+    if returns.problem():
+        raise RecordingError(f"{path}: {returns.problem()}")
+    for text in (*returns.warnings(), *returns.clipped()):
+        warn(f"{path}: {text}")
+    return returns, scans, pose
+
+
+def _inserted(
+    points: np.ndarray, pose: np.ndarray, limits: ScanConfig, neighbours: int, occupancy_map: OccupancyMap
+) -> dict[str, int]:
+    """Insert a scan; what became of its points."""
+    if not neighbours:
+        return occupancy_map.insert_scan(points, pose, limits).counts
+    kept = filter_cloud(points, FilterConfig(outlier_neighbours=neighbours))
+    finite = int(np.isfinite(points).all(axis=1).sum())
+    counts = occupancy_map.insert_scan(kept, pose, limits).counts
+    own = {"points": len(points), "no_return": len(points) - finite, "filtered": finite - len(kept)}
+    return {**counts, **own}
 
 
 def _views(
