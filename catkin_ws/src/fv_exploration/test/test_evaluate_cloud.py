@@ -62,7 +62,7 @@ def test_bad_files_end_with_one_line_and_the_others_are_evaluated(run, tmp_path)
 @pytest.mark.parametrize(
     ("points", "reason"),
     [
-        (np.zeros((0, 3)), "of 0 points"),
+        (np.zeros((0, 3)), "no usable return in a scan of 0 points"),
         (np.full((4, 3), np.nan), "4 without return"),
         (np.zeros((4, 3)), "4 nearer than 1e-06 m"),
         (np.full((4, 3), 1e30), "4 nearer than 1e-06 m or farther than 100000 m"),

@@ -290,7 +290,7 @@ def test_a_camera_that_sees_nothing_of_the_volume_is_a_failure_that_says_so():
     assert (outcome.reason, outcome.views) == (Reason.FAILED, 0)
     assert "known free space" in outcome.message
     assert "no scan had a usable return" in outcome.message
-    assert "none has a return" in listener.warnings[0]
+    assert "100 points: 100 without return" in listener.warnings[0]
 
 
 def test_returns_out_of_range_are_told_with_what_was_seen():
@@ -300,7 +300,23 @@ def test_returns_out_of_range_are_told_with_what_was_seen():
     outcome = exploration.run()
     assert outcome.reason is Reason.FAILED, "free space alone is not an exploration"
     assert "usable return" in outcome.message
-    assert "1.73e+03 to 1.73e+03 m; used are 0.05 to 3 m" in listener.warnings[0]
+    assert "ranges are 1732 to 1732 m" in listener.warnings[0]
+    assert "valid: 0.05 to 3 m; they look like millimetres" in listener.warnings[0]
+
+
+def test_points_that_no_sensor_sees_are_told_and_change_nothing():
+    maps, told = [], []
+    for extra in (np.zeros((0, 3)), np.array([[0, 0, 0], [1e-29, 0, 0], [1e30, 0, 0], [1e300, 1, 1]])):
+        robot = FlyingCamera()
+        sees = robot.scan
+        robot.scan = lambda sees=sees, extra=extra: Scan(np.concatenate([sees().points, extra]), np.eye(4))
+        exploration, occupancy_map, listener = make(robot, max_views=1)
+        exploration.run()
+        maps.append(occupancy_map.full_data())
+        told.append(listener.warnings)
+    assert maps[0] == maps[1]
+    assert not any("no sensor sees" in text for text in told[0])
+    assert "4 of 3076 points (0.13 %)" in told[1][0]
 
 
 def test_views_that_are_worth_nothing_are_a_failure_where_little_is_known():

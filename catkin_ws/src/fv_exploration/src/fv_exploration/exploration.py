@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.gain_judge import GainJudge
 from fv_exploration.outcome import SEEN_SHARE, Decision, Outcome, Reason, nothing_left
+from fv_exploration.returns import Returns
 from fv_exploration.view_choice import Candidates, ViewChooser
 
 Array = NDArray[np.float64]
@@ -222,8 +223,8 @@ class Exploration:
 
     def _integrate(self, scan: Scan, step: Step) -> None:
         known_before = self._map.known_share()
-        self._note_returns(scan)
-        self._map.insert_scan(scan.points, scan.T_map_sensor, self._scan_config)
+        result = self._map.insert_scan(scan.points, scan.T_map_sensor, self._scan_config)
+        self._note_returns(scan, result.counts)
         step.known_share = self._map.known_share()
         step.real_gain_m3 = (step.known_share - known_before) * self._map.volume_m3()
         self._judge.note(scan.points, scan.T_map_sensor, scan.joints)
@@ -231,22 +232,14 @@ class Exploration:
         self._chooser.learn(step.real_gain_m3)
         self._audience.map_changed(self._map)
 
-    def _note_returns(self, scan: Scan) -> None:
-        """Say so when a scan has no return that the map can use."""
-        lengths_m = np.linalg.norm(scan.points, axis=1)
-        lengths_m = lengths_m[np.isfinite(lengths_m)]
-        low_m, high_m = self._scan_config.min_range_m, self._scan_config.max_range_m
-        if ((lengths_m >= low_m) & (lengths_m <= high_m)).any():
-            self._seen_anything = True
-            return
-        seen = (
-            "none has a return"
-            if len(lengths_m) == 0
-            else (f"their ranges are {lengths_m.min():.3g} to {lengths_m.max():.3g} m")
-        )
-        self._audience.warn(
-            f"a scan of {len(scan.points)} points has no usable return: {seen}; used are {low_m:g} to {high_m:g} m"
-        )
+    def _note_returns(self, scan: Scan, counts: Mapping[str, int]) -> None:
+        """Say so when the map could use no return of a scan, or when points lie where no sensor sees."""
+        returns = Returns(self._scan_config)
+        returns.add(scan.points, counts)
+        problem = returns.problem()
+        self._seen_anything |= not problem
+        for text in [problem] if problem else returns.warnings():
+            self._audience.warn(text)
 
     def _evaluate(self, step: Step) -> Any:
         evaluation = self._evaluator.update()

@@ -25,12 +25,14 @@ class Returns:
         self._limits = limits
         self._scans = 0
         self._counts: Counter[str] = Counter()
-        self._ranges: list[NDArray[np.float64]] = []  # nearest, middle and farthest of each scan [m]
+        self._ranges: list[NDArray[np.float64]] = []  # nearest, middle and farthest [m] of scans
 
     def add(self, points: NDArray, counts: Mapping[str, int]) -> None:
         """A scan: its points (N, 3), sensor frame [m], and what became of them."""
         self._scans += 1
         self._counts.update(counts)
+        if counts["hits"] >= max(1, counts["far"]):
+            return  # the ranges are of interest only where most of them are wrong
         with np.errstate(over="ignore", invalid="ignore"):
             ranges = np.linalg.norm(points, axis=1)
         ranges = ranges[np.isfinite(ranges)]
@@ -46,7 +48,8 @@ class Returns:
         """Why there is no usable return; empty when there is one."""
         if self._counts["hits"]:
             return ""
-        text = f"no usable return in {self._scans} scans of {self._counts['points']} points"
+        scans = f"{self._scans} scans" if self._scans != 1 else "a scan"
+        text = f"no usable return in {scans} of {self._counts['points']} points"
         reasons = [
             f"{self._counts[name]} {why}" for name, why in self._reasons().items() if self._counts[name]
         ]

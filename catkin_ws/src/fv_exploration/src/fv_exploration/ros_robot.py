@@ -147,7 +147,7 @@ class RosRobot:
         try:
             cloud = self._triggered_cloud() if self._config.scan.trigger_service else self._cloud_at_rest()
             T_map_sensor = self.pose_of(cloud.header.frame_id, cloud.header.stamp)
-            points = points_from_cloud(cloud).astype(float)
+            points = points_from_cloud(cloud, self._warn).astype(float)
         except (ExplorationError, MessageError) as error:
             raise ScanError(str(error)) from error
         joints = self._joints_at(cloud.header.stamp)

@@ -99,6 +99,13 @@ def _between(start: Pose, end: Pose, share: float) -> Array:
     return matrix_from_quaternion(p + share * (r - p), turned)
 
 
+def _inverse(rigid: Array) -> Array:
+    matrix = np.eye(4)
+    matrix[:3, :3] = rigid[:3, :3].T
+    matrix[:3, 3] = -rigid[:3, :3].T @ rigid[:3, 3]
+    return matrix
+
+
 class TransformTree:
     """All transforms of a recording. Frames may have several parents: a way is used only if it is the only one."""
 
@@ -189,9 +196,14 @@ class TransformTree:
         :raises RecordingError: when there is no way from frame to frame, or more than one.
         """
         matrix = np.eye(4)
-        for pair, upwards in self._way(target, source):
-            step = self._histories[pair].at(pair, stamp_ns)
-            matrix = (step if upwards else np.linalg.inv(step)) @ matrix
+        with np.errstate(over="ignore", invalid="ignore"):
+            for pair, upwards in self._way(target, source):
+                step = self._histories[pair].at(pair, stamp_ns)
+                matrix = (step if upwards else _inverse(step)) @ matrix
+        if not np.isfinite(matrix).all():
+            raise RecordingError(
+                f"positions between {source!r} and {target!r} add up to more than a number holds"
+            )
         return matrix
 
     def _way(self, target: str, source: str) -> list[tuple[Pair, bool]]:
