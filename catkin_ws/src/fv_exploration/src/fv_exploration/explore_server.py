@@ -44,6 +44,7 @@ from fv_exploration.ros_robot import RosRobot
 from fv_exploration.run_folder import RunFolder
 from fv_exploration.view_choice import ViewChooser
 from fv_exploration.warning_list import WarningList
+from hubo_description.check import require_shapes
 from hubo_description.schema import from_mapping
 
 Array = NDArray[np.float64]
@@ -196,6 +197,12 @@ class ExploreServer:
             parameter("/robot_description_semantic"),
             T_map_root,
             self._config.scan.self_filter_padding_m,
+        )
+        require_shapes(
+            self._body.model,
+            self._group,
+            self._exploring.get("links_without_shape", []),
+            "/robot_description",
         )
         self._body.hold(self._held)
         occupancy_map = OccupancyMap(

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from fv_robot_model import RobotModel
+from hubo_description.bullet_urdf import urdf_for_bullet
 from hubo_sim.bullet import native_output_hidden, pybullet
 from hubo_sim.errors import SimError
-from hubo_sim.models import urdf_for_bullet
 from hubo_sim.robot_spec import RobotSpec
 from hubo_sim.scene import Scene, place_root, root_pose
 from hubo_sim.transforms import quaternion_of, transform
@@ -44,8 +45,9 @@ class SimRobot:
     ) -> None:
         self.spec = spec
         self._client = scene.client
-        urdf = urdf_for_bullet(spec.urdf_xml)
-        self.body = _load(scene, urdf, T_world_base, self_collision)
+        with tempfile.TemporaryDirectory() as folder:
+            urdf = _bullet_text(spec, Path(folder))
+            self.body = _load(scene, urdf, Path(folder) / "robot.urdf", T_world_base, self_collision)
         scene.note_textures(self.body, urdf)
         infos = [self._client.getJointInfo(self.body, i) for i in range(self._client.getNumJoints(self.body))]
         base_name = self._client.getBodyInfo(self.body)[0].decode()
@@ -57,8 +59,15 @@ class SimRobot:
         self._lookup = {name: i for i, name in enumerate(self.joint_names)}
         if spec.base_link != base_name:
             raise SimError(f"base_link {spec.base_link!r} is not the URDF's root, which is {base_name!r}")
-        for pair in spec.disabled_pairs() if self_collision else ():
+        for pair in spec.model.disabled_pairs if self_collision else ():
             self._disable(*pair)
+        self._require_shapes()
+        self._mimics = _Mimics(spec.model, self._lookup)
+        for row, leader in zip(
+            self._mimics.rows, self._mimics.leaders, strict=True
+        ):  # a linkage, not a motor
+            effort = max(self.joints[row].max_effort, self.joints[leader].max_effort)
+            self.joints[row] = replace(self.joints[row], max_effort=effort)
         self._target = np.zeros(len(self.joints))
         self._target_velocity = np.zeros(len(self.joints))
         self._effort = np.zeros(len(self.joints))
@@ -66,6 +75,14 @@ class SimRobot:
         self._effort_mode = np.zeros(len(self.joints), bool)
         self._stale = np.ones(len(self.joints), bool)  # position commands that the engine has not got yet
         self.set_positions(dict.fromkeys(self.joint_names, 0.0))
+
+    def _require_shapes(self) -> None:
+        """Check that Bullet made every collision shape. Raises SimError naming the link."""
+        for link, index in self.link_index.items():
+            wanted = len(self.spec.model.shapes(link))
+            made = len(self._client.getCollisionShapeData(self.body, index)) if wanted else 0
+            if made < wanted:
+                raise SimError(f"link {link!r}: Bullet made {made} of its {wanted} collision shapes")
 
     def joint_rows(self, names: list[str]) -> np.ndarray:
         """Row numbers of joints by name. Raises SimError listing the valid names."""
@@ -85,9 +102,12 @@ class SimRobot:
         return positions, velocities, np.where(self._effort_mode, self._effort, motors)
 
     def set_positions(self, positions: dict[str, float]) -> None:
-        """Put joints [rad] at rest at once, clamped to nothing; every joint holds where it is then."""
-        for row, value in zip(self.joint_rows(list(positions)), positions.values(), strict=True):
-            self._client.resetJointState(self.body, self.indices[row], float(value), 0.0)
+        """Put joints [rad] at rest at once, clamped to nothing; every joint holds where it is then, mimics follow."""
+        values = self.state()[0]
+        values[self.joint_rows(list(positions))] = list(positions.values())
+        self._mimics.follow(values)
+        for row in {*self.joint_rows(list(positions)), *self._mimics.rows}:
+            self._client.resetJointState(self.body, self.indices[row], float(values[row]), 0.0)
         self._target = self.state()[0]
         self._target_velocity[:] = 0.0
         self._stale[:] = True
@@ -97,7 +117,9 @@ class SimRobot:
 
         Bullet applies joint damping explicitly, which diverges where damping * step > 2 * inertia (a wrist).
         """
-        rows = self.joint_rows(names)
+        rows = np.setdiff1d(
+            self.joint_rows(names), self._mimics.rows
+        )  # those are led, whatever drives the leader
         self._effort_mode[rows] = True
         for row in rows:  # Bullet's joints have a motor of their own that must be let go
             self._client.setJointMotorControl2(
@@ -112,6 +134,16 @@ class SimRobot:
         self._target[rows] = positions
         self._target_velocity[rows] = velocities
 
+    def _lead_mimics(self) -> None:
+        """Let mimics follow the targets of position joints, and the motion of effort joints."""
+        rows = self._mimics.rows
+        target, velocity = self._target.copy(), self._target_velocity.copy()
+        if self._effort_mode[self._mimics.leaders].any():
+            moving = self._effort_mode
+            target[moving], velocity[moving] = (values[moving] for values in self.state()[:2])
+        self._mimics.follow(target, velocity)
+        self.command_positions(rows, target[rows], velocity[rows])
+
     def command_efforts(self, rows: np.ndarray, efforts: np.ndarray, friction: np.ndarray) -> None:
         """Set the motors' efforts and the friction that works against them [N m], (R,) each, for the next step."""
         self._effort[rows] = efforts
@@ -119,6 +151,8 @@ class SimRobot:
 
     def apply(self) -> None:
         """Hand the commands to the engine; call before every physics step."""
+        if self._mimics.rows.size:
+            self._lead_mimics()
         stale = np.flatnonzero(self._stale & ~self._effort_mode)
         if stale.size:
             self._client.setJointMotorControlArray(
@@ -217,29 +251,52 @@ class SimRobot:
             self._client.setCollisionFilterPair(self.body, self.body, pair[0], pair[1], 0)
 
 
-def _load(scene: Scene, urdf: str, T_world_base: np.ndarray, self_collision: bool) -> int:
+class _Mimics:
+    """The rows of mimic joints among a robot's joints, and how they follow."""
+
+    def __init__(self, model: RobotModel, lookup: dict[str, int]) -> None:
+        mimics = [joint for joint in model.joints if joint.leader]
+        self.rows = np.array([lookup[joint.name] for joint in mimics], int)
+        self.leaders = np.array([lookup[joint.leader] for joint in mimics], int)
+        self._multipliers = np.array([joint.multiplier for joint in mimics], float)
+        self._offsets = np.array([joint.offset for joint in mimics], float)
+
+    def follow(self, positions: np.ndarray, velocities: np.ndarray | None = None) -> None:
+        """Set the mimics' values to what their leaders' ask for, in place; all joints' values (J,)."""
+        positions[self.rows] = self._multipliers * positions[self.leaders] + self._offsets
+        if velocities is not None:
+            velocities[self.rows] = self._multipliers * velocities[self.leaders]
+
+
+def _bullet_text(spec: RobotSpec, folder: Path) -> str:
+    try:
+        return urdf_for_bullet(spec.urdf_xml, spec.model, folder)
+    except ValueError as err:
+        raise SimError(f"robot: {err}") from err
+
+
+def _load(scene: Scene, urdf: str, path: Path, T_world_base: np.ndarray, self_collision: bool) -> int:
     flags = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_MATERIAL_COLORS_FROM_MTL
     if self_collision:
         flags |= pybullet.URDF_USE_SELF_COLLISION | pybullet.URDF_USE_SELF_COLLISION_EXCLUDE_PARENT
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "robot.urdf"
-        path.write_text(urdf)
-        try:
-            with native_output_hidden():
-                return scene.client.loadURDF(
-                    str(path),
-                    T_world_base[:3, 3],
-                    quaternion_of(T_world_base),
-                    useFixedBase=True,
-                    flags=flags,
-                )
-        except pybullet.error as err:
-            raise SimError(f"broken URDF: Bullet cannot load it ({err})") from err
+    path.write_text(urdf, encoding="utf-8")
+    try:
+        with native_output_hidden():
+            return scene.client.loadURDF(
+                str(path), T_world_base[:3, 3], quaternion_of(T_world_base), useFixedBase=True, flags=flags
+            )
+    except pybullet.error as err:
+        raise SimError(f"broken URDF: Bullet cannot load it ({err})") from err
 
 
 def _joint(info: tuple, spec: RobotSpec) -> JointInfo:
     name = info[1].decode()
     lower, upper, effort, velocity = info[8], info[9], info[10], info[11]
+    if name in spec.model.joint_names:
+        own = spec.model.limits[
+            spec.model.joint_index(name)
+        ]  # narrowed by mimics, which Bullet does not know
+        lower, upper = (own.lower, own.upper) if own.bounded else (0.0, -1.0)
     continuous = not lower < upper
     limit = spec.joint_limits.get(name) or {}
     if limit.get("has_velocity_limits"):

@@ -187,7 +187,10 @@ class _Sampler:
         scene.load_world(world)
         self._scene = scene
         self._robot = SimRobot(
-            scene, spec, world.robot.base_pose(spec.base_height_m), self_collision=bool(spec.disabled_pairs())
+            scene,
+            spec,
+            world.robot.base_pose(spec.base_height_m),
+            self_collision=bool(spec.model.disabled_pairs),
         )
         self._robot.set_positions(spec.start_positions())
         self._robot.forgive_touching_links()
