@@ -227,7 +227,7 @@ MIMICS = f"""<robot name="m">{"".join(LINK.format(name) for name in ("root", "ar
 def test_mimic_joints_follow_their_leader_while_it_moves(kind, joints):
     content = {"type": f"{kind}/JointTrajectoryController", "joints": joints}
     if kind == "effort_controllers":
-        content["gains"] = {name: {"p": 800.0, "d": 40.0, "i": 100.0, "i_clamp": 50.0} for name in joints}
+        content["gains"] = {name: {"p": 4000.0, "d": 200.0} for name in joints}
     spec = RobotSpec(MIMICS, controllers={"c": content})
     sim = Simulator(spec, load_world("empty"), SimConfig(renderer="tiny"))
     rows = sim.robot.joint_rows(["j", "level", "late"])

@@ -6,11 +6,16 @@ import functools
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from fv_robot_model import RobotModel, package_file
 from hubo_description import RobotDescriptionError
 from hubo_description.robot import named_poses
 from hubo_description.sensors import Sensor, parse_sensors
 from hubo_sim.errors import SimError
+from hubo_sim.worlds import RobotPlace
+
+_HOVER_M = 0.02  # robots stand so little above the floor that they do not touch it
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,27 @@ class RobotSpec:
     def base_height_m(self) -> float:
         """Height of the base link above the floor on which the robot stands."""
         return float(self.config.get("base_height_m", 0.0))
+
+    def base_pose(self, place: RobotPlace, world_frame: str = "world") -> np.ndarray:
+        """T_world_base (4, 4) in a world that has such a place for a robot.
+
+        A base link that is named as the world's frame is that frame: it stands at the origin. Raises SimError where
+        the place is another one, and for another link of that name.
+        """
+        T = place.base_pose(self.base_height_m)
+        if world_frame not in self.model.link_names:
+            return T
+        if world_frame != self.base_link:
+            raise SimError(
+                f"the robot has a link named {world_frame!r}, as the world's frame is; rename the link"
+            )
+        if not np.allclose(T, np.eye(4), atol=_HOVER_M):
+            raise SimError(
+                f"the robot's base link is named {world_frame!r}, as the world's frame is, but would stand at "
+                f"({', '.join(f'{value:g}' for value in T[:3, 3])}) m, yaw {place.yaw_deg:g} deg; rename the link, or "
+                "set base_height_m: 0 and take a world with its robot at the origin"
+            )
+        return np.eye(4)
 
     def group_state(self, name: str) -> dict[str, float]:
         """Joint positions [rad, m] of a named SRDF pose. Raises SimError listing the names."""

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import tempfile
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from fv_robot_model import RobotModel
 from hubo_description.bullet_urdf import urdf_for_bullet
-from hubo_sim.bullet import native_output_hidden, pybullet
+from hubo_sim.bullet import BulletClient, native_output_hidden, pybullet
 from hubo_sim.errors import SimError
 from hubo_sim.robot_spec import RobotSpec
 from hubo_sim.scene import Scene, place_root, root_pose
@@ -20,6 +20,8 @@ from hubo_sim.transforms import quaternion_of, transform
 # and do not ring (bench/sim.py, case tracking).
 POSITION_GAIN = 0.3
 VELOCITY_GAIN = 1.0
+_GEAR_ERP = 0.8  # share of a mimic joint's error that a step takes away
+_GEAR_FORCE = 1e4  # [N m, N] a linkage gives way to nothing
 _DEFAULT_FORCE = 100.0  # [N m] where the URDF states no effort
 
 
@@ -63,11 +65,7 @@ class SimRobot:
             self._disable(*pair)
         self._require_shapes()
         self._mimics = _Mimics(spec.model, self._lookup)
-        for row, leader in zip(
-            self._mimics.rows, self._mimics.leaders, strict=True
-        ):  # a linkage, not a motor
-            effort = max(self.joints[row].max_effort, self.joints[leader].max_effort)
-            self.joints[row] = replace(self.joints[row], max_effort=effort)
+        self._mimics.couple(self._client, self.body, self.indices)
         self._target = np.zeros(len(self.joints))
         self._target_velocity = np.zeros(len(self.joints))
         self._effort = np.zeros(len(self.joints))
@@ -75,6 +73,10 @@ class SimRobot:
         self._effort_mode = np.zeros(len(self.joints), bool)
         self._stale = np.ones(len(self.joints), bool)  # position commands that the engine has not got yet
         self.set_positions(dict.fromkeys(self.joint_names, 0.0))
+
+    def fold(self, values: np.ndarray) -> np.ndarray:
+        """Forces (J,) or inertias (J, J) of all joints with those of mimics added to their leaders'."""
+        return self._mimics.fold(values)
 
     def _require_shapes(self) -> None:
         """Check that Bullet made every collision shape. Raises SimError naming the link."""
@@ -117,9 +119,7 @@ class SimRobot:
 
         Bullet applies joint damping explicitly, which diverges where damping * step > 2 * inertia (a wrist).
         """
-        rows = np.setdiff1d(
-            self.joint_rows(names), self._mimics.rows
-        )  # those are led, whatever drives the leader
+        rows = np.setdiff1d(self.joint_rows(names), self._mimics.rows)  # gears drive those
         self._effort_mode[rows] = True
         for row in rows:  # Bullet's joints have a motor of their own that must be let go
             self._client.setJointMotorControl2(
@@ -134,16 +134,6 @@ class SimRobot:
         self._target[rows] = positions
         self._target_velocity[rows] = velocities
 
-    def _lead_mimics(self) -> None:
-        """Let mimics follow the targets of position joints, and the motion of effort joints."""
-        rows = self._mimics.rows
-        target, velocity = self._target.copy(), self._target_velocity.copy()
-        if self._effort_mode[self._mimics.leaders].any():
-            moving = self._effort_mode
-            target[moving], velocity[moving] = (values[moving] for values in self.state()[:2])
-        self._mimics.follow(target, velocity)
-        self.command_positions(rows, target[rows], velocity[rows])
-
     def command_efforts(self, rows: np.ndarray, efforts: np.ndarray, friction: np.ndarray) -> None:
         """Set the motors' efforts and the friction that works against them [N m], (R,) each, for the next step."""
         self._effort[rows] = efforts
@@ -151,8 +141,7 @@ class SimRobot:
 
     def apply(self) -> None:
         """Hand the commands to the engine; call before every physics step."""
-        if self._mimics.rows.size:
-            self._lead_mimics()
+        self._stale[self._mimics.rows] = False  # gears drive them
         stale = np.flatnonzero(self._stale & ~self._effort_mode)
         if stale.size:
             self._client.setJointMotorControlArray(
@@ -252,20 +241,43 @@ class SimRobot:
 
 
 class _Mimics:
-    """The rows of mimic joints among a robot's joints, and how they follow."""
+    """The mimic joints among a robot's joints: gears, that the engine solves together with all else."""
 
     def __init__(self, model: RobotModel, lookup: dict[str, int]) -> None:
-        mimics = [joint for joint in model.joints if joint.leader]
-        self.rows = np.array([lookup[joint.name] for joint in mimics], int)
-        self.leaders = np.array([lookup[joint.leader] for joint in mimics], int)
-        self._multipliers = np.array([joint.multiplier for joint in mimics], float)
-        self._offsets = np.array([joint.offset for joint in mimics], float)
+        self._mimics = [joint for joint in model.joints if joint.leader]
+        self.rows = np.array([lookup[joint.name] for joint in self._mimics], int)
+        self.leaders = np.array([lookup[joint.leader] for joint in self._mimics], int)
+        self._multipliers = np.array([joint.multiplier for joint in self._mimics], float)
+        self._offsets = np.array([joint.offset for joint in self._mimics], float)
+        self._rates = np.eye(len(lookup))  # of all joints by those that move by themselves
+        self._rates[self.rows, self.rows] = 0.0
+        self._rates[self.rows, self.leaders] = self._multipliers
 
-    def follow(self, positions: np.ndarray, velocities: np.ndarray | None = None) -> None:
-        """Set the mimics' values to what their leaders' ask for, in place; all joints' values (J,)."""
+    def follow(self, positions: np.ndarray) -> None:
+        """Set the mimics' positions to what their leaders' ask for, in place; all joints' (J,)."""
         positions[self.rows] = self._multipliers * positions[self.leaders] + self._offsets
-        if velocities is not None:
-            velocities[self.rows] = self._multipliers * velocities[self.leaders]
+
+    def fold(self, values: np.ndarray) -> np.ndarray:
+        """Forces (J,) or inertias (J, J) of all joints as those feel them that move by themselves."""
+        if not self.rows.size:
+            return values
+        folded = self._rates.T @ values
+        return folded @ self._rates if values.ndim == 2 else folded
+
+    def couple(self, client: BulletClient, body: int, indices: list[int]) -> None:
+        """Tie every mimic to its leader by a gear, and let go of the motors that Bullet gives to joints."""
+        no_axis = [0.0, 0.0, 0.0]
+        for row, leader, joint in zip(self.rows, self.leaders, self._mimics, strict=True):
+            ends = body, indices[row], body, indices[leader]
+            client.setJointMotorControl2(*ends[:2], pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=0.0)
+            gear = client.createConstraint(*ends, pybullet.JOINT_GEAR, no_axis, no_axis, no_axis)
+            client.changeConstraint(
+                gear,
+                gearRatio=-joint.multiplier,
+                relativePositionTarget=joint.offset,
+                erp=_GEAR_ERP,
+                maxForce=_GEAR_FORCE,
+            )
 
 
 def _bullet_text(spec: RobotSpec, folder: Path) -> str:

@@ -54,8 +54,7 @@ class Simulator:
             _log.warning(
                 "the SRDF disables no link pairs: no self-collision, neighbours would push each other"
             )
-        base_pose = world.robot.base_pose(spec.base_height_m)
-        self._check_world_frame(base_pose)
+        base_pose = spec.base_pose(world.robot, config.world_frame)
         self.robot = SimRobot(self.scene, spec, base_pose, self_collision=self_collision)
         self._start = spec.start_positions(config.start_pose)
         self.robot.set_positions(self._start)
@@ -139,7 +138,7 @@ class Simulator:
             self.scene.remove_object(name)
         self.scene.load_world(self.world)
         self._body_names.clear()
-        self.robot.move_base(self.world.robot.base_pose(self.spec.base_height_m))
+        self.robot.move_base(self.spec.base_pose(self.world.robot, self.config.world_frame))
         self.robot.set_positions(dict.fromkeys(self.robot.joint_names, 0.0) | self._start)
         positions = self.robot.state()[0]
         for name, controller in self.controllers.items():
@@ -150,20 +149,6 @@ class Simulator:
                 sensor.reset()
         self.contacts = ContactLog()
         self._rest_steps = 0
-
-    def _check_world_frame(self, base_pose: np.ndarray) -> None:
-        """Refuse a robot with a link of the world frame's name, unless it is the base and stands at the origin."""
-        frame = self.config.world_frame
-        if frame not in self.spec.model.link_names:
-            return
-        if frame != self.spec.base_link:
-            raise SimError(f"the robot has a link named {frame!r}, as the world's frame is; rename the link")
-        if not np.allclose(base_pose, np.eye(4)):
-            place = ", ".join(f"{value:g}" for value in base_pose[:3, 3])
-            raise SimError(
-                f"the robot's base link is named {frame!r}, as the world's frame is, but would stand at ({place}) m, "
-                "turned or not; rename the link, or set base_height_m: 0 and take a world with its robot at the origin"
-            )
 
     def _add_controller(self, name: str, content: dict) -> None:
         config: ControllerConfig = from_mapping(ControllerConfig, content, f"controller {name}")
