@@ -23,6 +23,7 @@ from capability_map.robots import load_arm
 from fv_exploration.explore_config import ExploreConfig
 from fv_robot_model.ik import make_ik_solver
 from hubo_description import RobotDescriptionError, load_robot
+from hubo_description.check import check_explorer
 from hubo_description.schema import from_mapping
 from hubo_sim.errors import SimError
 from hubo_sim.worlds import load_world
@@ -84,6 +85,7 @@ class ExplorationNodes:
         self.config = read_config(arguments)
         try:
             self.robot = load_robot(arguments.robot)
+            check_explorer(self.robot)
             self.world = load_world(arguments.world)
         except (RobotDescriptionError, SimError) as error:
             raise SessionError(str(error)) from error

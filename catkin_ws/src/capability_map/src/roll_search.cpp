@@ -157,6 +157,7 @@ RollSearch::Arm::Arm(const ik::SerialChain& real, double held_value, const ik::I
 
 std::unique_ptr<RollSearch> RollSearch::make(const ik::SerialChain& chain, const ik::IkOptions& ik_options,
                                              const RollSearchOptions& options, bool last_joint_rolls) {
+  if (chain.isCoupled()) return nullptr;  // its joints cannot be held or turned one by one
   // Joints move faster than the tip rolls where the arm is nearly stretched.
   const double slack = options.between_steps ? 3.0 * options.roll_step_rad : 0.0;
   int held_joint = -1;

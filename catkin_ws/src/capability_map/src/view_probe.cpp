@@ -16,7 +16,7 @@ bool rollsAboutTipZ(const ik::SerialChain& chain) {
   const Eigen::Vector3d z = chain.zeroPose().linear().col(2);
   const bool aligned = last.axis.cross(z).norm() < 1e-6;
   const bool on_axis = last.axis.cross(chain.zeroPose().translation() - last.point).norm() < 1e-6;
-  return !last.prismatic && aligned && on_axis;
+  return !last.prismatic && aligned && on_axis && !chain.isCoupled();
 }
 
 Eigen::Matrix3d frameLookingAlong(const Eigen::Vector3d& z) {

@@ -73,7 +73,7 @@ void bindChain(py::module_& m) {
            "Revolute chain from axes (n, 3), points of them (n, 3) [m], limits (n,) [rad], T_base_tip (4, 4) "
            "at zero.")
       .def_static("of_group", &ik::chainOfGroup, py::arg("model"), py::arg("group"),
-                  "The chain of a RobotModel's group; ModelError when it is none.")
+                  "The chain of a RobotModel's group, with its mimic joints; ModelError when it is none.")
       .def("forward", &forwardMany, py::arg("q"), "(N, n) joint values to T_base_tip (N, 4, 4).")
       .def(
           "reach_bound",
@@ -84,6 +84,8 @@ void bindChain(py::module_& m) {
           "(center (3,), radius [m]): a ball of the base frame that the tip never leaves; the radius is the "
           "arm's length.")
       .def_property_readonly("dof", &SerialChain::dof, "Number of joints.")
+      .def_property_readonly("is_coupled", &SerialChain::isCoupled,
+                             "True when mimic joints move along with the joints.")
       .def_property_readonly(
           "axes", [](const SerialChain& c) { return vectorsOf(c, &ChainJoint::axis); },
           "(n, 3) unit vectors at zero, base frame.")

@@ -29,6 +29,82 @@ void bindGroup(py::module_& m) {
       .def_property_readonly("is_chain", &Group::isChain, "True when it runs from one base to one tip.");
 }
 
+/// A joint of the URDF by name: what RobotModel::Link says, with names instead of numbers.
+struct JointInfo {
+  std::string name;
+  std::string type;
+  std::string parent;
+  std::string child;
+  std::string leader;
+  RobotModel::Link link;
+};
+
+std::string typeOf(const RobotModel::Link& link) {
+  using Motion = RobotModel::Link::Motion;
+  if (link.motion == Motion::Fixed) return "fixed";
+  if (link.motion == Motion::Translation) return "prismatic";
+  return link.limits.bounded ? "revolute" : "continuous";
+}
+
+std::vector<JointInfo> jointsOf(const RobotModel& model) {
+  std::vector<JointInfo> joints;
+  for (int i = 0; i < static_cast<int>(model.linkNames().size()); ++i) {
+    const RobotModel::Link& link = model.link(i);
+    if (link.joint_name.empty()) continue;  // the root, and what is attached
+    joints.push_back({link.joint_name, typeOf(link), model.linkNames()[static_cast<std::size_t>(link.parent)],
+                      model.linkNames()[static_cast<std::size_t>(i)],
+                      link.mimic ? model.jointNames()[static_cast<std::size_t>(link.variable)] : "", link});
+  }
+  return joints;
+}
+
+Array matrixOf(const Eigen::Isometry3d& T) {
+  Array out({4, 4});
+  writeMatrix(T, out.mutable_data());
+  return out;
+}
+
+void bindJoint(py::module_& m) {
+  py::class_<JointInfo>(m, "Joint", "A joint of the URDF, fixed and mimic ones too.")
+      .def_readonly("name", &JointInfo::name, "Its name.")
+      .def_readonly("type", &JointInfo::type, "'revolute', 'continuous', 'prismatic' or 'fixed'.")
+      .def_readonly("parent", &JointInfo::parent, "The link above it.")
+      .def_readonly("child", &JointInfo::child, "The link below it.")
+      .def_readonly("leader", &JointInfo::leader,
+                    "The joint of joint_names that a mimic follows in the end; '' for others.")
+      .def_property_readonly(
+          "multiplier", [](const JointInfo& j) { return j.link.multiplier; },
+          "Of a mimic: its value is multiplier * q[leader] + offset; else 1.")
+      .def_property_readonly(
+          "offset", [](const JointInfo& j) { return j.link.offset; }, "See multiplier; else 0.")
+      .def_property_readonly(
+          "axis", [](const JointInfo& j) { return j.link.axis; },
+          "(3,) unit vector, joint frame; x for fixed joints.")
+      .def_property_readonly(
+          "limits", [](const JointInfo& j) { return j.link.limits; },
+          "Its own JointLimits, as the URDF has them; zeros for fixed joints.")
+      .def_property_readonly(
+          "T_parent_joint", [](const JointInfo& j) { return matrixOf(j.link.T_parent_joint); },
+          "(4, 4): joint frame, at zero, to the frame of the parent link.");
+}
+
+void bindVisual(py::module_& m) {
+  py::class_<Visual> c(m, "Visual", "What a link looks like: one primitive or one mesh.");
+  py::enum_<Visual::Kind>(c, "Kind", "Kinds of visuals.")
+      .value("Box", Visual::Kind::Box)
+      .value("Cylinder", Visual::Kind::Cylinder)
+      .value("Sphere", Visual::Kind::Sphere)
+      .value("Mesh", Visual::Kind::Mesh);
+  c.def_readonly("kind", &Visual::kind, "Which kind.");
+  c.def_readonly(
+      "dimensions", &Visual::dimensions,
+      "(3,) Box: edges [m]. Cylinder: radius, length, 0 [m]. Sphere: radius, 0, 0 [m]. Mesh: scale.");
+  c.def_readonly("mesh", &Visual::mesh, "Name of the mesh as the URDF has it; '' for primitives.");
+  c.def_property_readonly(
+      "T_link_visual", [](const Visual& v) { return matrixOf(v.T_link_visual); },
+      "(4, 4): visual frame to link frame.");
+}
+
 /// (J,) or (B, J) of joint values to (L, 4, 4) or (B, L, 4, 4).
 Array forwardArray(const RobotModel& model, const Array& q) {
   const auto links = static_cast<py::ssize_t>(model.linkNames().size());
@@ -107,12 +183,35 @@ Array jacobians(const RobotModel& model, const std::string& name, const Array& q
   return out;
 }
 
-RobotModel fromXml(const std::string& urdf_xml, const std::string& srdf_xml, const py::object& resolver) {
-  if (resolver.is_none()) return RobotModel::fromXml(urdf_xml, srdf_xml);
-  if (py::isinstance<py::dict>(resolver))
-    return RobotModel::fromXml(urdf_xml, srdf_xml,
-                               packageResolver(resolver.cast<std::map<std::string, std::string>>()));
-  return RobotModel::fromXml(urdf_xml, srdf_xml, resolver.cast<MeshResolver>());
+/// A Python function as resolver; what it raises becomes a ModelError of one line.
+MeshResolver resolverOf(const py::object& function) {
+  return [function](const std::string& uri) {
+    try {
+      return function(uri).cast<std::string>();
+    } catch (const py::error_already_set& error) {
+      throw ModelError(py::str(error.value()).cast<std::string>());
+    }
+  };
+}
+
+RobotModel fromXml(const std::string& urdf_xml, const std::string& srdf_xml, const py::object& resolver,
+                   bool with_shapes) {
+  MeshResolver find;
+  if (py::isinstance<py::dict>(resolver)) {
+    find = packageResolver(resolver.cast<std::map<std::string, std::string>>());
+  } else if (!resolver.is_none()) {
+    find = resolverOf(resolver);
+  }
+  return RobotModel::fromXml(urdf_xml, srdf_xml, find, with_shapes);
+}
+
+std::vector<std::string> movedLinks(const RobotModel& model, const std::vector<std::string>& joints) {
+  std::vector<int> indices;
+  for (const std::string& joint : joints) indices.push_back(model.jointIndex(joint));
+  std::vector<std::string> names;
+  for (const int link : model.movedLinks(indices))
+    names.push_back(model.linkNames()[static_cast<std::size_t>(link)]);
+  return names;
 }
 
 Eigen::VectorXd withGroup(const RobotModel& model, const std::string& group, const Eigen::VectorXd& q_group,
@@ -125,7 +224,14 @@ void defNames(py::class_<RobotModel>& c) {
   c.def_property_readonly("name", &RobotModel::name, "Name of the robot.");
   c.def_property_readonly("joint_names", &RobotModel::jointNames,
                           "Movable joints that are no mimics: the order of q.");
-  c.def_property_readonly("limits", &RobotModel::limits, "JointLimits of each of joint_names.");
+  c.def_property_readonly("limits", &RobotModel::limits,
+                          "JointLimits of each of joint_names, narrowed so that mimics stay within theirs.");
+  c.def_property_readonly("joints", &jointsOf,
+                          "Every Joint of the URDF, in the order of its child in link_names.");
+  c.def_property_readonly("passive_joints", &RobotModel::passiveJoints,
+                          "Those of joint_names that the SRDF calls passive: no group holds them.");
+  c.def_property_readonly("bare_links", &RobotModel::bareLinks,
+                          "Links that are drawn but have no collision shape.");
   c.def_property_readonly("link_names", &RobotModel::linkNames, "Links, parents before children.");
   c.def_property_readonly("root_link", &RobotModel::rootLink, "The link without a parent.");
   c.def_property_readonly("group_names", &RobotModel::groupNames, "Groups of the SRDF.");
@@ -168,13 +274,17 @@ void defKinematics(py::class_<RobotModel>& c) {
 
 void bindRobotModel(py::module_& m) {
   bindJointLimits(m);
+  bindJoint(m);
+  bindVisual(m);
   bindGroup(m);
   py::class_<RobotModel> c(m, "RobotModel",
                            "A tree of links and joints with collision shapes and SRDF groups.");
   c.def_static(
       "from_xml", &fromXml, py::arg("urdf_xml"), py::arg("srdf_xml") = "", py::arg("resolver") = py::none(),
+      py::arg("with_shapes") = true,
       "From the text of a URDF and an SRDF ('' for none). `resolver` finds meshes other than file:// and\n"
       "absolute ones: {package: folder} or a function from the name as written to an absolute file name.\n"
+      "with_shapes=False: no collision shapes, and no mesh is looked for.\n"
       "Raises ModelError naming what is broken or not supported.");
   c.def("with_attached", &RobotModel::withAttached, py::arg("name"), py::arg("parent"), py::arg("shapes"),
         py::arg("touch_links") = std::vector<std::string>{},
@@ -187,6 +297,11 @@ void bindRobotModel(py::module_& m) {
       "shapes",
       [](const RobotModel& model, const std::string& link) { return model.shapes(model.linkIndex(link)); },
       py::arg("link"), "Collision shapes of a link by name; [] for a link without.");
+  c.def(
+      "visuals",
+      [](const RobotModel& model, const std::string& link) { return model.visuals(model.linkIndex(link)); },
+      py::arg("link"), "Visuals of a link by name; [] for a link that is not drawn.");
+  c.def("moved_links", &movedLinks, py::arg("joints"), "Names of all links that any of these joints moves.");
 }
 
 }  // namespace fv_robot_model

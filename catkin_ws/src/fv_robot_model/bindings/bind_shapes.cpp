@@ -1,4 +1,5 @@
 #include "bindings.h"
+#include "fv_robot_model/triangle_mesh.h"
 
 namespace fv_robot_model {
 namespace {
@@ -85,6 +86,15 @@ void bindShapes(py::module_& m) {
   c.def_readonly("vertices", &Shape::vertices, "Convex: (V, 3) corners, shape frame; else (0, 3).");
   c.def_readonly("faces", &Shape::faces, "Convex: (F, 3) rows of vertices, counter-clockwise from outside.");
   c.def_property_readonly("T_link_shape", &shapePose, "(4, 4): shape frame to link frame.");
+  m.def(
+      "load_mesh",
+      [](const std::string& file, const Eigen::Vector3d& scale) {
+        const TriangleMesh mesh = loadMesh(file, scale);
+        return py::make_tuple(mesh.vertices, mesh.triangles);
+      },
+      py::arg("file"), py::arg("scale") = Eigen::Vector3d(1.0, 1.0, 1.0),
+      "A mesh file as (vertices (V, 3) [m], triangles (T, 3) rows of vertices); ModelError names a bad "
+      "file.");
   defFactories(c);
   defGeometry(c);
 }

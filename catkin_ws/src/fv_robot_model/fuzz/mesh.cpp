@@ -1,6 +1,4 @@
-/// Mesh files of any content; the first byte chooses the ending. Points, or a ModelError.
-#include "mesh.h"
-
+/// Mesh files of any content; the first byte chooses the ending. Triangles, or a ModelError.
 #include <unistd.h>
 
 #include <array>
@@ -8,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "fv_robot_model/types.h"
+#include "fv_robot_model/triangle_mesh.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
   static const std::array<const char*, 3> kEndings{".stl", ".obj", ".dae"};
@@ -19,8 +17,11 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
   std::ofstream(path, std::ios::binary)
       .write(reinterpret_cast<const char*>(data) + 1, static_cast<std::streamsize>(size) - 1);
   try {
-    const fv_robot_model::Points points = fv_robot_model::loadMeshVertices(path, Eigen::Vector3d(1, 1, 1));
-    if (points.rows() == 0 || !points.allFinite()) __builtin_trap();
+    const fv_robot_model::TriangleMesh mesh = fv_robot_model::loadMesh(path);
+    if (mesh.vertices.rows() == 0 || !mesh.vertices.allFinite()) __builtin_trap();
+    const auto corners = mesh.triangles.array();
+    if (corners.size() > 0 && (corners.minCoeff() < 0 || corners.maxCoeff() >= mesh.vertices.rows()))
+      __builtin_trap();
   } catch (const fv_robot_model::ModelError&) {
   }
   std::remove(path.c_str());

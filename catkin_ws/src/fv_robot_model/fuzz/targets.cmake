@@ -5,7 +5,7 @@ find_package(tinyxml2 REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom)
 set(CORE "")
-foreach(name convex_hull mesh robot_model robot_model_srdf robot_model_urdf shape srdf types urdf_text)
+foreach(name convex_hull mesh robot_model robot_model_srdf robot_model_urdf shape srdf types urdf_check urdf_text)
   list(APPEND CORE ${PACKAGE}/src/${name}.cpp)
 endforeach()
 fv_fuzz_core(robot_core SOURCES ${CORE} INCLUDES ${PACKAGE}/include ${PACKAGE}/src

@@ -21,7 +21,17 @@ KDL::Joint toKdlJoint(const RobotModel::Link& link) {
   const Eigen::Vector3d origin = link.T_parent_joint.translation();
   const auto type = link.motion == Motion::Rotation ? KDL::Joint::RotAxis : KDL::Joint::TransAxis;
   return KDL::Joint(link.joint_name, KDL::Vector(origin.x(), origin.y(), origin.z()),
-                    KDL::Vector(axis.x(), axis.y(), axis.z()), type);
+                    KDL::Vector(axis.x(), axis.y(), axis.z()), type, link.multiplier);
+}
+
+/// T_parent_link while the joint's variable is 0: a mimic stands at its offset then.
+KDL::Frame atZero(const RobotModel::Link& link) {
+  Eigen::Isometry3d T = link.T_parent_joint;
+  if (link.offset != 0.0 && link.motion == RobotModel::Link::Motion::Rotation)
+    T = T * Eigen::AngleAxisd(link.offset, link.axis);
+  if (link.offset != 0.0 && link.motion == RobotModel::Link::Motion::Translation)
+    T = T * Eigen::Translation3d(link.offset * link.axis);
+  return toKdl(T);
 }
 
 }  // namespace
@@ -30,10 +40,7 @@ KDL::Chain RobotModel::chain(const Group& group) const {
   KDL::Chain chain;
   for (const ChainStep& step : chainSteps(group)) {
     const Link& link = links_[step.link];
-    if (link.mimic)
-      throw ModelError(text("group '", group.name, "' holds mimic joint '", link.joint_name,
-                            "', which a KDL chain cannot express"));
-    chain.addSegment(KDL::Segment(link_names_[step.link], toKdlJoint(link), toKdl(link.T_parent_joint)));
+    chain.addSegment(KDL::Segment(link_names_[step.link], toKdlJoint(link), atZero(link)));
   }
   return chain;
 }

@@ -12,9 +12,9 @@ namespace fv_robot_model {
 /// exist.
 std::string resolveMesh(const std::string& uri, const MeshResolver& resolver);
 
-/// All corners of a mesh file (STL, OBJ, DAE, ... whatever assimp reads), scaled per axis, (N, 3) [m].
-/// A Collada file's unit is honoured, its up axis is not, as RViz does it.
-/// @throws ModelError when it cannot be read or is empty.
-Points loadMeshVertices(const std::string& file, const Eigen::Vector3d& scale);
+/// Convex hull of a mesh file (STL, OBJ, DAE, ... whatever assimp reads), scaled per axis.
+/// @throws ModelError naming the file when it cannot be read, has no volume, or is larger than a robot's
+/// link.
+Shape meshHull(const std::string& file, const Eigen::Vector3d& scale, const Eigen::Isometry3d& T_link_shape);
 
 }  // namespace fv_robot_model

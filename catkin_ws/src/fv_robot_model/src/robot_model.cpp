@@ -43,8 +43,8 @@ void checkValues(const Eigen::Ref<const Eigen::VectorXd>& q, const std::vector<s
 }  // namespace
 
 RobotModel RobotModel::fromXml(const std::string& urdf_xml, const std::string& srdf_xml,
-                               const MeshResolver& resolver) {
-  RobotModelBuilder builder(resolver);
+                               const MeshResolver& resolver, bool with_shapes) {
+  RobotModelBuilder builder(resolver, with_shapes);
   builder.addTree(*parseUrdfText(urdf_xml));
   if (!srdf_xml.empty()) builder.addSrdf(parseSrdf(srdf_xml));
   return builder.take();
@@ -61,6 +61,7 @@ RobotModel RobotModel::withAttached(const std::string& name, const std::string& 
   result.links_.push_back(link);
   result.link_names_.push_back(name);
   result.shapes_.push_back(shapes);
+  result.visuals_.emplace_back();
   for (auto& [key, group] : result.groups_)
     if (std::binary_search(group.moved_links.begin(), group.moved_links.end(), link.parent))
       group.moved_links.push_back(static_cast<int>(links_.size()));
@@ -70,6 +71,26 @@ RobotModel RobotModel::withAttached(const std::string& name, const std::string& 
   }
   std::sort(result.disabled_pairs_.begin(), result.disabled_pairs_.end());
   return result;
+}
+
+std::vector<std::string> RobotModel::bareLinks() const {
+  std::vector<std::string> bare;
+  for (std::size_t i = 0; i < links_.size(); ++i)
+    if (shapes_[i].empty() && !visuals_[i].empty()) bare.push_back(link_names_[i]);
+  return bare;
+}
+
+/// A link moves when its own joint does or its parent moves; parents come first in the numbering.
+std::vector<int> RobotModel::movedLinks(const std::vector<int>& joint_indices) const {
+  std::vector<int> moved;
+  std::vector<bool> moves(links_.size(), false);
+  for (std::size_t i = 1; i < links_.size(); ++i) {
+    const auto& joints = joint_indices;
+    moves[i] = moves[links_[i].parent] ||
+               std::find(joints.begin(), joints.end(), links_[i].variable) != joints.end();
+    if (moves[i]) moved.push_back(static_cast<int>(i));
+  }
+  return moved;
 }
 
 int RobotModel::jointIndex(const std::string& joint) const { return indexIn(joint_names_, joint, "joint"); }

@@ -1,5 +1,6 @@
 /// The SRDF's half of RobotModelBuilder: groups, named states, disabled pairs.
 #include <algorithm>
+#include <cmath>
 
 #include "internal.h"
 #include "robot_model_builder.h"
@@ -17,12 +18,18 @@ const SrdfGroup& findGroup(const Srdf& srdf, const std::string& name, const std:
                         "', which does not exist; valid: ", joined(names)));
 }
 
+template <typename Item>
+bool contains(const std::vector<Item>& items, const Item& item) {
+  return std::find(items.begin(), items.end(), item) != items.end();
+}
+
 }  // namespace
 
 void RobotModelBuilder::addSrdf(const Srdf& srdf) {
   if (srdf.robot != model_.name_)
     throw ModelError(
         text("the SRDF is for robot '", srdf.robot, "', the URDF for robot '", model_.name_, "'"));
+  addPassiveJoints(srdf.passive_joints);
   for (const SrdfGroup& group : srdf.groups) addGroup(srdf, group);
   for (const SrdfState& state : srdf.states) addState(state);
   addDisabledPairs(srdf.disabled_pairs);
@@ -43,9 +50,7 @@ void RobotModelBuilder::addGroup(const Srdf& srdf, const SrdfGroup& srdf_group) 
     std::sort(links.begin(), links.end());
   }
   setJoints(links, group);
-  if (group.joint_indices.empty())
-    throw ModelError(text("SRDF: group '", group.name, "' has no joint that moves"));
-  group.moved_links = movedLinks(group);
+  group.moved_links = model_.movedLinks(group.joint_indices);
   if (is_chain) model_.chain_steps_[group.name] = chainSteps(links, group);
   model_.groups_[group.name] = std::move(group);
 }
@@ -81,9 +86,8 @@ void RobotModelBuilder::addChain(const LinkPair& ends, Group& group, std::vector
 void RobotModelBuilder::setJoints(const std::vector<int>& links, Group& group) const {
   for (const int link : links) {
     const RobotModel::Link& entry = model_.links_[link];
-    if (entry.variable < 0 || entry.mimic) continue;
-    const auto& known = group.joint_indices;
-    if (std::find(known.begin(), known.end(), entry.variable) != known.end()) continue;
+    if (entry.variable < 0 || entry.mimic || contains(model_.passive_joints_, entry.joint_name)) continue;
+    if (contains(group.joint_indices, entry.variable)) continue;
     group.joint_indices.push_back(entry.variable);
     group.joint_names.push_back(entry.joint_name);
   }
@@ -96,26 +100,16 @@ std::vector<RobotModel::ChainStep> RobotModelBuilder::chainSteps(const std::vect
   for (const int link : links) {
     const RobotModel::Link& entry = model_.links_[link];
     const auto found = std::find(indices.begin(), indices.end(), entry.variable);
-    if (entry.variable >= 0 && found == indices.end())
+    if (entry.variable >= 0 && found == indices.end()) {
+      const std::string& variable = model_.joint_names_[entry.variable];
+      const bool passive = contains(model_.passive_joints_, variable);
       throw ModelError(text("SRDF: the chain of group '", group.name, "' holds joint '", entry.joint_name,
-                            "', which mimics '", model_.joint_names_[entry.variable], "' outside the chain"));
+                            passive ? "', which follows passive joint '" : "', which mimics '", variable,
+                            passive ? "': nothing drives it" : "' outside the chain"));
+    }
     steps.push_back({link, entry.variable < 0 ? -1 : static_cast<int>(found - indices.begin())});
   }
   return steps;
-}
-
-/// A link moves when its own joint does or its parent moves; parents come first in the numbering.
-std::vector<int> RobotModelBuilder::movedLinks(const Group& group) const {
-  std::vector<int> moved;
-  std::vector<bool> moves(model_.links_.size(), false);
-  for (std::size_t i = 1; i < model_.links_.size(); ++i) {
-    const RobotModel::Link& link = model_.links_[i];
-    const auto& indices = group.joint_indices;
-    moves[i] =
-        moves[link.parent] || std::find(indices.begin(), indices.end(), link.variable) != indices.end();
-    if (moves[i]) moved.push_back(static_cast<int>(i));
-  }
-  return moved;
 }
 
 int RobotModelBuilder::linkOfJoint(const std::string& joint, const std::string& where) const {
@@ -137,6 +131,14 @@ int RobotModelBuilder::knownLink(const std::string& link, const std::string& whe
   return static_cast<int>(found - names.begin());
 }
 
+/// Passive joints that are mimics have a leader to follow: they are no variables of their own anyway.
+void RobotModelBuilder::addPassiveJoints(const std::vector<std::string>& joints) {
+  for (const std::string& joint : joints) {
+    const RobotModel::Link& link = model_.links_[linkOfJoint(joint, "passive_joint")];
+    if (link.variable >= 0 && !link.mimic) model_.passive_joints_.push_back(joint);
+  }
+}
+
 void RobotModelBuilder::addState(const SrdfState& state) {
   const std::string where = text("group_state '", state.name, "' of group '", state.group, "'");
   const auto found = model_.groups_.find(state.group);
@@ -144,6 +146,15 @@ void RobotModelBuilder::addState(const SrdfState& state) {
     throw ModelError(text("SRDF: ", where,
                           " is for a group that does not exist; valid: ", joined(keysOf(model_.groups_))));
   const Group& group = found->second;
+  const Eigen::VectorXd q = stateValues(state, group, where);
+  for (const auto& [joint, value] : state.values)
+    if (!contains(group.joint_names, joint)) checkFollower(state, group, joint, value, where);
+  if (!model_.states_[state.group].emplace(state.name, q).second)
+    throw ModelError(text("SRDF: ", where, " is defined twice"));
+}
+
+Eigen::VectorXd RobotModelBuilder::stateValues(const SrdfState& state, const Group& group,
+                                               const std::string& where) const {
   Eigen::VectorXd q(group.joint_indices.size());
   for (std::size_t i = 0; i < group.joint_names.size(); ++i) {
     const auto value = state.values.find(group.joint_names[i]);
@@ -152,15 +163,38 @@ void RobotModelBuilder::addState(const SrdfState& state) {
     const JointLimits& limits = model_.limits_[group.joint_indices[i]];
     if (limits.bounded && (value->second < limits.lower - 1e-6 || value->second > limits.upper + 1e-6))
       throw ModelError(text("SRDF: ", where, " puts joint '", value->first, "' at ", value->second,
-                            ", outside its limits [", limits.lower, ", ", limits.upper, "]"));
+                            ", outside its limits [", limits.lower, ", ", limits.upper, "]",
+                            narrowedBy(group.joint_indices[i])));
     q[static_cast<Eigen::Index>(i)] = value->second;
   }
-  for (const auto& [joint, value] : state.values)
-    if (std::find(group.joint_names.begin(), group.joint_names.end(), joint) == group.joint_names.end())
-      throw ModelError(
-          text("SRDF: ", where, " names joint '", joint, "'; valid: ", joined(group.joint_names)));
-  if (!model_.states_[state.group].emplace(state.name, q).second)
-    throw ModelError(text("SRDF: ", where, " is defined twice"));
+  return q;
+}
+
+/// Values of joints that the group does not set: a mimic's must be what its leader gives, a fixed joint's 0;
+/// a passive joint's says nothing.
+void RobotModelBuilder::checkFollower(const SrdfState& state, const Group& group, const std::string& joint,
+                                      double value, const std::string& where) const {
+  const auto stray = [&] {
+    return ModelError(
+        text("SRDF: ", where, " names joint '", joint, "'; valid: ", joined(group.joint_names)));
+  };
+  const auto found = std::find_if(model_.links_.begin(), model_.links_.end(),
+                                  [&](const RobotModel::Link& l) { return l.joint_name == joint; });
+  if (found == model_.links_.end()) throw stray();
+  if (contains(model_.passive_joints_, joint)) return;
+  double expected = 0.0;
+  if (found->variable >= 0) {
+    const auto leader = state.values.find(model_.joint_names_[found->variable]);
+    if (!found->mimic || leader == state.values.end()) throw stray();
+    expected = found->multiplier * leader->second + found->offset;
+  }
+  constexpr double kRounding = 2e-3;  // [rad, m] poses are written with three or four digits
+  if (std::abs(value - expected) > kRounding * std::max(1.0, std::abs(found->multiplier)))
+    throw ModelError(text("SRDF: ", where, " puts joint '", joint, "' at ", value, ", but it ",
+                          found->mimic ? text("mimics '", model_.joint_names_[found->variable],
+                                              "', which puts it at ", expected)
+                                       : std::string("is fixed"),
+                          "; leave it out"));
 }
 
 void RobotModelBuilder::addDisabledPairs(const std::vector<LinkPair>& pairs) {

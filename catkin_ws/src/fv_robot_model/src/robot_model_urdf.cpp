@@ -1,5 +1,7 @@
 /// The URDF's half of RobotModelBuilder: links, joints, shapes.
+#include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "internal.h"
 #include "mesh.h"
@@ -37,9 +39,34 @@ JointLimits limitsOf(const urdf::Joint& joint) {
   limits.lower = joint.limits->lower;
   limits.upper = joint.limits->upper;
   if (!std::isfinite(limits.lower) || !std::isfinite(limits.upper) || limits.lower > limits.upper)
-    throw ModelError(text("the limits of joint '", joint.name, "' are not a range: [", limits.lower, ", ",
-                          limits.upper, "]"));
+    throw ModelError(text("joint '", joint.name, "': lower limit ", limits.lower,
+                          " is not below upper limit ", limits.upper));
   return limits;
+}
+
+std::vector<Visual> visualsOf(const urdf::Link& link) {
+  std::vector<Visual> visuals;
+  for (const auto& element : link.visual_array) {
+    if (element == nullptr || element->geometry == nullptr) continue;
+    Visual visual;
+    visual.T_link_visual = toEigen(element->origin, text("a visual of link '", link.name, "'"));
+    if (const auto* box = dynamic_cast<const urdf::Box*>(element->geometry.get())) {
+      visual.kind = Visual::Kind::Box;
+      visual.dimensions << box->dim.x, box->dim.y, box->dim.z;
+    } else if (const auto* tube = dynamic_cast<const urdf::Cylinder*>(element->geometry.get())) {
+      visual.kind = Visual::Kind::Cylinder;
+      visual.dimensions << tube->radius, tube->length, 0.0;
+    } else if (const auto* ball = dynamic_cast<const urdf::Sphere*>(element->geometry.get())) {
+      visual.kind = Visual::Kind::Sphere;
+      visual.dimensions << ball->radius, 0.0, 0.0;
+    } else if (const auto* mesh = dynamic_cast<const urdf::Mesh*>(element->geometry.get())) {
+      visual.kind = Visual::Kind::Mesh;
+      visual.dimensions << mesh->scale.x, mesh->scale.y, mesh->scale.z;
+      visual.mesh = mesh->filename;
+    }
+    visuals.push_back(std::move(visual));
+  }
+  return visuals;
 }
 
 RobotModel::Link::Motion motionOf(const urdf::Joint& joint) {
@@ -66,6 +93,15 @@ RobotModel::Link::Motion motionOf(const urdf::Joint& joint) {
 void RobotModelBuilder::addTree(const urdf::ModelInterface& tree) {
   model_.name_ = tree.getName();
   addLink(tree, *tree.getRoot(), -1);
+  if (model_.links_.size() != tree.links_.size()) {
+    std::vector<std::string> loose;
+    for (const auto& entry : tree.links_)
+      if (std::find(model_.link_names_.begin(), model_.link_names_.end(), entry.first) ==
+          model_.link_names_.end())
+        loose.push_back(entry.first);
+    throw ModelError(text("links that do not hang on the root '", model_.link_names_.front(),
+                          "' but on each other, in a circle: ", joined(loose)));
+  }
   resolveMimics(tree);
 }
 
@@ -76,7 +112,8 @@ void RobotModelBuilder::addLink(const urdf::ModelInterface& tree, const urdf::Li
   if (link.parent_joint != nullptr) addJoint(*link.parent_joint, entry);
   model_.link_names_.push_back(link.name);
   model_.links_.push_back(entry);
-  model_.shapes_.push_back(makeShapes(link));
+  model_.shapes_.push_back(with_shapes_ ? makeShapes(link) : std::vector<Shape>{});
+  model_.visuals_.push_back(visualsOf(link));
   std::map<std::string, std::string> children;  // joint to link, sorted
   for (const auto& joint : link.child_joints) children[joint->name] = joint->child_link_name;
   for (const auto& [joint, child] : children) addLink(tree, *tree.getLink(child), index);
@@ -88,6 +125,7 @@ void RobotModelBuilder::addJoint(const urdf::Joint& joint, RobotModel::Link& lin
   link.T_parent_joint = toEigen(joint.parent_to_joint_origin_transform, text("joint '", joint.name, "'"));
   if (link.motion == RobotModel::Link::Motion::Fixed) return;
   link.axis = unitAxis(joint);
+  link.limits = limitsOf(joint);
   if (joint.mimic != nullptr) {
     link.mimic = true;  // its leader may come later: see resolveMimics
   } else {
@@ -98,12 +136,53 @@ void RobotModelBuilder::addJoint(const urdf::Joint& joint, RobotModel::Link& lin
 void RobotModelBuilder::addVariable(const urdf::Joint& joint, RobotModel::Link& link) {
   link.variable = static_cast<int>(model_.joint_names_.size());
   model_.joint_names_.push_back(joint.name);
-  model_.limits_.push_back(limitsOf(joint));
+  model_.limits_.push_back(link.limits);
 }
 
 void RobotModelBuilder::resolveMimics(const urdf::ModelInterface& tree) {
   for (RobotModel::Link& link : model_.links_)
-    if (link.mimic) followLeader(tree, link);
+    if (link.mimic) {
+      followLeader(tree, link);
+      narrowLeader(link);
+    }
+}
+
+/// A leader may only go where each of its followers stays within its own limits and velocity.
+void RobotModelBuilder::narrowLeader(const RobotModel::Link& link) {
+  JointLimits& leader = model_.limits_[link.variable];
+  const double rate = std::abs(link.multiplier);
+  if (link.limits.velocity > 0.0 && rate > 0.0) {
+    const double velocity = link.limits.velocity / rate;
+    leader.velocity = leader.velocity > 0.0 ? std::min(leader.velocity, velocity) : velocity;
+  }
+  if (!link.limits.bounded) return;
+  constexpr double kRounding = 1e-9;
+  double lower = link.limits.lower - link.offset;
+  double upper = link.limits.upper - link.offset;
+  const std::string& name = model_.joint_names_[link.variable];
+  bool fits = true;
+  if (rate > 0.0) {
+    std::tie(lower, upper) = std::minmax({lower / link.multiplier, upper / link.multiplier});
+    leader.lower = leader.bounded ? std::max(leader.lower, lower) : lower;
+    leader.upper = leader.bounded ? std::min(leader.upper, upper) : upper;
+    leader.bounded = true;
+    fits = leader.lower <= leader.upper + kRounding;
+    leader.upper = std::max(leader.lower, leader.upper);
+  } else {
+    fits = lower <= kRounding && upper >= -kRounding;  // it stands at its offset
+  }
+  if (!fits)
+    throw ModelError(text("joint '", link.joint_name, "' mimics '", name, "' (times ", link.multiplier,
+                          ", plus ", link.offset, "): no value of '", name, "' keeps both within limits"));
+}
+
+/// Why the limits of a joint are not those of the URDF, if so: for messages.
+std::string RobotModelBuilder::narrowedBy(int variable) const {
+  std::string by;
+  for (const RobotModel::Link& link : model_.links_)
+    if (link.mimic && link.variable == variable && link.limits.bounded)
+      by += (by.empty() ? " (with those of its mimics " : ", ") + link.joint_name;
+  return by.empty() ? by : by + ")";
 }
 
 /// A mimic may follow another mimic: value = m1 * (m2 * q + o2) + o1.
@@ -157,8 +236,7 @@ Shape RobotModelBuilder::makeShape(const urdf::Collision& collision) const {
     case urdf::Geometry::MESH: {
       const auto& mesh = static_cast<const urdf::Mesh&>(*collision.geometry);
       const std::string file = resolveMesh(mesh.filename, resolver_);
-      return Shape::convexHull(loadMeshVertices(file, {mesh.scale.x, mesh.scale.y, mesh.scale.z}),
-                               T_link_shape);
+      return meshHull(file, {mesh.scale.x, mesh.scale.y, mesh.scale.z}, T_link_shape);
     }
   }
   throw ModelError("unknown kind of geometry");

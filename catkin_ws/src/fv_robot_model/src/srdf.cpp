@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "internal.h"
+#include "urdf_check.h"
 
 namespace fv_robot_model {
 namespace {
@@ -58,14 +59,15 @@ SrdfState parseState(const XMLElement& element) {
 
 Srdf parseSrdf(const std::string& xml) {
   tinyxml2::XMLDocument document;
-  if (document.Parse(xml.c_str(), xml.size()) != tinyxml2::XML_SUCCESS)
-    throw ModelError(text("the SRDF is not XML: ", document.ErrorStr()));
+  readXml(xml, "SRDF", document);
   const XMLElement* robot = document.FirstChildElement("robot");
   if (robot == nullptr) throw ModelError("the SRDF has no <robot> element");
   Srdf srdf;
   srdf.robot = required(*robot, "name");
   forEach(*robot, "group", [&](const XMLElement& e) { srdf.groups.push_back(parseGroup(e)); });
   forEach(*robot, "group_state", [&](const XMLElement& e) { srdf.states.push_back(parseState(e)); });
+  forEach(*robot, "passive_joint",
+          [&](const XMLElement& e) { srdf.passive_joints.push_back(required(e, "name")); });
   forEach(*robot, "disable_collisions", [&](const XMLElement& e) {
     srdf.disabled_pairs.emplace_back(required(e, "link1"), required(e, "link2"));
   });

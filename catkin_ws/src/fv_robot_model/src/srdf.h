@@ -27,6 +27,7 @@ struct Srdf {
   std::string robot;
   std::vector<SrdfGroup> groups;
   std::vector<SrdfState> states;
+  std::vector<std::string> passive_joints;
   std::vector<LinkPair> disabled_pairs;
 };
 

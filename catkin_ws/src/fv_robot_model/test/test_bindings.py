@@ -18,6 +18,7 @@ from fv_robot_model import (
     Shape,
     UnknownNameError,
     body_voxels,
+    package_file,
     sphere_cover,
 )
 
@@ -71,6 +72,40 @@ def test_groups_and_named_states(example) -> None:
     assert not model.within_limits("arm", [0.31, 0.0])
     with pytest.raises(UnknownNameError, match="'leg'; valid: all, arm"):
         model.group("leg")
+
+
+def test_joints_are_told_by_name(example) -> None:
+    joints = {joint.name: joint for joint in example.model.joints}
+    assert {name: joint.type for name, joint in joints.items()} == {
+        "turn": "continuous",
+        "lift": "prismatic",
+        "wrist": "revolute",
+    }
+    wrist = joints["wrist"]
+    assert (wrist.parent, wrist.child, wrist.leader, wrist.multiplier, wrist.offset) == (
+        "arm",
+        "hand",
+        "",
+        1.0,
+        0.0,
+    )
+    np.testing.assert_allclose(wrist.axis, np.array([0.0, 1.0, 1.0]) / np.sqrt(2.0))
+    np.testing.assert_allclose(wrist.T_parent_joint[:3, 3], [0.45, 0.0, 0.0])
+    assert (wrist.limits.lower, wrist.limits.velocity) == (-2.0, 2.0)
+    assert example.model.moved_links(["lift"]) == ["arm", "hand"]
+    with pytest.raises(UnknownNameError, match="'leg'"):
+        example.model.moved_links(["leg"])
+
+
+def test_what_a_resolver_raises_is_one_line() -> None:
+    urdf = "<robot name='r'><link name='a'><collision><geometry><mesh filename='package://nobody/x.stl'/></geometry>"
+    urdf += "</collision></link></robot>"
+    with pytest.raises(ModelError, match=r"link 'a': .*'nobody' is not installed") as caught:
+        RobotModel.from_xml(urdf, resolver=package_file)
+    assert "\n" not in str(caught.value)
+    assert RobotModel.from_xml(urdf, with_shapes=False).shapes("a") == []
+    with pytest.raises(ModelError, match="neither absolute"):
+        package_file("x.stl")
 
 
 def test_parents_come_before_children(robot) -> None:

@@ -196,20 +196,75 @@ TEST(RobotModel, carriesWhatIsAttached) {
 }
 
 TEST(RobotModelInput, refusesBrokenXml) {
-  expectModelError("", "", {"the URDF cannot be used"});
-  expectModelError("<robot name='r'><link", "", {"the URDF cannot be used"});
-  expectModelError("<robot name='r'></robot>", "", {"the URDF cannot be used"});
+  expectModelError("", "", {"the URDF is not XML"});
+  expectModelError("<robot name='r'><link", "", {"the URDF is not XML"});
+  expectModelError("<robot name='r'></robot>", "", {"needs one root link"});
+  expectModelError("<!DOCTYPE robot [<!ENTITY a 'b'>]><robot name='r'/>", "", {"document type"});
+  expectModelError(exampleUrdf(), "<!DOCTYPE robot><robot name='example'/>", {"SRDF", "document type"});
+  std::string deep = "<robot name='r'>";
+  for (int i = 0; i < 100000; ++i) deep += "<a>";
+  expectModelError(deep, "", {"the URDF is not XML"});
   expectModelError(exampleUrdf(), "<robot name='example'><group", {"the SRDF is not XML"});
   expectModelError(exampleUrdf(), "<other/>", {"no <robot>"});
 }
 
 TEST(RobotModelInput, refusesTwoRootsAndLoops) {
-  expectModelError("<robot name='r'><link name='a'/><link name='b'/></robot>", "",
-                   {"the URDF cannot be used"});
+  expectModelError("<robot name='r'><link name='a'/><link name='b'/></robot>", "", {"has 2: a, b"});
   expectModelError(R"(<robot name='r'><link name='a'/><link name='b'/>
     <joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint>
     <joint name='k' type='fixed'><parent link='b'/><child link='a'/></joint></robot>)",
-                   "", {"the URDF cannot be used"});
+                   "", {"needs one root link", "has 0"});
+  expectModelError(R"(<robot name='r'><link name='a'/><link name='b'/><link name='c'/>
+    <joint name='j' type='fixed'><parent link='c'/><child link='b'/></joint>
+    <joint name='k' type='fixed'><parent link='b'/><child link='c'/></joint></robot>)",
+                   "", {"in a circle: b, c"});
+}
+
+TEST(RobotModelInput, refusesNamesThatAreTakenAndEndsThatAreNone) {
+  const auto robot = [](const std::string& joints) {
+    return "<robot name='r'><link name='a'/><link name='b'/><link name='c'/>"
+           "<joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint>" +
+           joints + "</robot>";
+  };
+  expectModelError(robot("<link name='a'/>"), "", {"two links are named 'a'", "line"});
+  expectModelError(robot("<joint name='j' type='fixed'><parent link='b'/><child link='c'/></joint>"), "",
+                   {"two joints are named 'j'"});
+  expectModelError(robot("<joint name='k' type='fixed'><parent link='c'/><child link='b'/></joint>"), "",
+                   {"link 'b' hangs on two joints, 'j' and 'k'"});
+  expectModelError(robot("<joint name='k' type='fixed'><parent link='c'/><child link='c'/></joint>"), "",
+                   {"'k' joins link 'c' to itself"});
+  expectModelError(robot("<joint name='k' type='fixed'><parent link='b'/><child link='d'/></joint>"), "",
+                   {"'k' has unknown link 'd' as its child; valid: a, b, c"});
+  expectModelError(robot("<joint name='k' type='ball'><parent link='b'/><child link='c'/></joint>"), "",
+                   {"unknown type 'ball'", "revolute"});
+  expectModelError(robot("<joint name='k' type='revolute'><parent link='b'/><child link='c'/></joint>"), "",
+                   {"'k' is revolute but has no <limit>"});
+  expectModelError(robot("<link name='d'><collision/></link>"), "",
+                   {"collision of link 'd' has no geometry"});
+}
+
+TEST(RobotModel, tellsWhatLinksLookLikeAndWhichAreBare) {
+  const RobotModel model = RobotModel::fromXml(R"(<robot name='r'>
+    <link name='a'><visual><origin xyz='1 2 3'/><geometry><cylinder radius='0.1' length='2'/></geometry></visual>
+      <visual><geometry><mesh filename='package://p/x.dae' scale='1 -2 3'/></geometry></visual></link>
+    <link name='frame'/><joint name='j' type='fixed'><parent link='a'/><child link='frame'/></joint></robot>)",
+                                               "");
+  ASSERT_EQ(model.visuals(0).size(), 2U);
+  EXPECT_EQ(model.visuals(0)[0].kind, Visual::Kind::Cylinder);
+  EXPECT_TRUE(model.visuals(0)[0].dimensions.isApprox(Eigen::Vector3d(0.1, 2.0, 0.0)));
+  EXPECT_TRUE(model.visuals(0)[0].T_link_visual.translation().isApprox(Eigen::Vector3d(1.0, 2.0, 3.0)));
+  EXPECT_EQ(model.visuals(0)[1].mesh, "package://p/x.dae");
+  EXPECT_TRUE(model.visuals(0)[1].dimensions.isApprox(Eigen::Vector3d(1.0, -2.0, 3.0)));
+  EXPECT_EQ(model.bareLinks(), (Names{"a"}));
+  EXPECT_TRUE(exampleRobot().bareLinks().empty());
+}
+
+TEST(RobotModel, withoutShapesLooksForNoMesh) {
+  const std::string urdf =
+      replaced(exampleUrdf(), "<sphere radius=\"0.06\"/>", "<mesh filename=\"/no/such.stl\"/>");
+  const RobotModel model = RobotModel::fromXml(urdf, exampleSrdf(), {}, false);
+  EXPECT_EQ(model.linkNames(), exampleRobot().linkNames());
+  EXPECT_TRUE(model.shapes(0).empty());
 }
 
 TEST(RobotModelInput, namesJointsThatAreNotSupported) {
@@ -222,11 +277,18 @@ TEST(RobotModelInput, namesABrokenJoint) {
   expectModelError(replaced(exampleUrdf(), "<axis xyz=\"0 1 1\"/>", "<axis xyz=\"0 0 0\"/>"), "",
                    {"axis", "'elbow'"});
   expectModelError(replaced(exampleUrdf(), "lower=\"-2\" upper=\"2\"", "lower=\"3\" upper=\"2\""), "",
-                   {"limits", "'elbow'"});
+                   {"lower limit 3 is not below upper limit 2", "'elbow'"});
   expectModelError(replaced(exampleUrdf(), "mimic joint=\"grip\"", "mimic joint=\"grab\""), "", {"'grab'"});
   expectModelError(replaced(exampleUrdf(), "mimic joint=\"grip\"", "mimic joint=\"grip_mirror\""), "",
                    {"circle"});
   expectModelError(replaced(exampleUrdf(), "mimic joint=\"grip\"", "mimic joint=\"wrist\""), "", {"fixed"});
+}
+
+TEST(RobotModelInput, refusesNumbersThatAreNone) {
+  expectModelError(replaced(exampleUrdf(), "size=\"0.4 0.4 0.1\"", "size=\"0.4 x 0.1\""), "",
+                   {"cannot be used"});
+  expectModelError(replaced(exampleUrdf(), "radius=\"0.04\"", "radius=\"wide\""), "", {"cannot be used"});
+  expectModelError(replaced(exampleUrdf(), "xyz=\"0.2 0 0\"", "xyz=\"0.2 0\""), "", {"cannot be used"});
 }
 
 TEST(RobotModelInput, refusesShapesWithoutSize) {
@@ -267,10 +329,6 @@ TEST(RobotModelInput, refusesChainsThatAreNone) {
   expectModelError(exampleUrdf(),
                    replaced(exampleSrdf(), "tip_link=\"finger_left\"", "tip_link=\"finger_right\""),
                    {"'grip_mirror'", "outside the chain"});
-  expectModelError(
-      exampleUrdf(),
-      replaced(exampleSrdf(), R"(base_link="trunk" tip_link="hand")", R"(base_link="arm" tip_link="hand")"),
-      {"'arm'", "no joint that moves"});
 }
 
 TEST(RobotModelInput, namesBrokenStates) {
@@ -285,6 +343,10 @@ TEST(RobotModelInput, namesBrokenStates) {
   broken(R"(<joint name="elbow"/>)", {"lacks 'value'"});
   broken(R"(<joint name="elbow" value="0"/><joint name="turn" value="0"/>)",
          {"'turn'", "valid: lift, elbow"});
+  broken(R"(<joint name="elbow" value="0"/><joint name="wrist" value="0.3"/>)",
+         {"'wrist' at 0.3, but it is fixed"});
+  broken(R"(<joint name="elbow" value="0"/><joint name="grip_mirror" value="0.3"/>)",
+         {"'grip_mirror'", "valid: lift, elbow"});
 }
 
 }  // namespace

@@ -57,7 +57,7 @@ DAMAGES = {
     "gain key": ("controllers.yaml", "{p: 2400", "{P: 2400", "unknown key 'P'"),
     "controller list": ("controllers.yaml", "name: huboplus/torso", "name: hubo/torso", "no such controller.*torso"),
     "namespace": ("robot.yaml", "namespace: huboplus", "namespace: hubo", "unknown key 'huboplus'"),
-    "group": ("robot.yaml", "group: torso_right_arm", "group: third_arm", "'third_arm'; valid: right_arm"),
+    "group": ("robot.yaml", "group: torso_right_arm", "group: third_arm", "'third_arm'; valid: head, left_arm"),
     "camera": ("robot.yaml", "camera: hand_camera", "camera: eye", "unknown camera 'eye'; valid: hand_camera"),
     "clearance frame": ("robot.yaml", "{frame: base_link,", "{frame: moon,", "clearance frame 'moon'"),
     "clearance size": ("robot.yaml", "size_m: [1.0", "size_m: [0.0", "size_m must be positive"),
@@ -67,12 +67,12 @@ DAMAGES = {
     "xml broken": ("hubo.urdf.xacro", "</robot>", "</robots>", "cannot be expanded"),
     "unknown parent": ("hubo.urdf.xacro", '<child link="Body_Hip"/>', '<child link="Hip"/>', "unknown link 'Hip'"),
     "limits swapped": ("hubo.urdf.xacro", 'lower="-2.8" upper="2.8"', 'lower="2.8" upper="-2.8"', "not below"),
-    "srdf broken": ("hubo.srdf", "</group>", "</grup>", "no valid XML"),
-    "srdf link": ("hubo.srdf", 'tip_link="Body_LWP"', 'tip_link="Hook"', "unknown link 'Hook'"),
+    "srdf broken": ("hubo.srdf", "</group>", "</grup>", "hubo.srdf: the SRDF is not XML"),
+    "srdf link": ("hubo.srdf", 'tip_link="Body_LWP"', 'tip_link="Hook"', "hubo.srdf.*link 'Hook'.*; valid: base_link"),
     "srdf no chain": ("hubo.srdf", 'base_link="Body_Torso" tip_link="Body_LWP"',
-                      'base_link="Body_RSP" tip_link="Body_LWP"', "no chain from 'Body_RSP'"),
-    "pose out of limits": ("hubo.srdf", 'name="REP" value="-0.2"', 'name="REP" value="0.2"', "REP = 0.2 outside"),
-    "pose no number": ("hubo.srdf", 'name="REP" value="-0.2"', 'name="REP" value="low"', "no number: 'low'"),
+                      'base_link="Body_RSP" tip_link="Body_LWP"', "'Body_RSP' is not above 'Body_LWP'"),
+    "pose out of limits": ("hubo.srdf", 'name="REP" value="-0.2"', 'name="REP" value="0.2"', "'REP' at 0.2, outside"),
+    "pose no number": ("hubo.srdf", 'name="REP" value="-0.2"', 'name="REP" value="low"', "'low' is no joint value"),
 }  # fmt: skip
 
 

@@ -4,7 +4,8 @@ import numpy as np
 import pybullet
 import pytest
 
-from hubo_description import load_robot, plain_mesh_paths
+from hubo_description import load_robot
+from hubo_description.bullet_urdf import urdf_for_bullet
 from hubo_description.disabled_pairs import start_pose
 
 
@@ -13,7 +14,7 @@ class View:
 
     def __init__(self, robot, tmp_path):
         path = tmp_path / "robot.urdf"
-        path.write_text(plain_mesh_paths(robot.urdf_xml), encoding="utf-8")
+        path.write_text(urdf_for_bullet(robot.urdf_xml, robot.model, tmp_path), encoding="utf-8")
         self.client = pybullet.connect(pybullet.DIRECT)
         self.camera = robot.sensors[robot.config.exploration.camera]
         self.body = pybullet.loadURDF(str(path), useFixedBase=True, physicsClientId=self.client)
@@ -66,9 +67,9 @@ def test_robot_is_out_of_view_at_the_start(robot, view_of):
 
 def test_hubo_never_sees_its_hand_and_seldom_the_rest(view_of):
     hubo = load_robot("hubo")
-    view, joints = view_of(hubo), hubo.model.joints
-    yaws = np.linspace(joints["RWY"].lower, joints["RWY"].upper, 9)
-    pitches = np.linspace(joints["RWP"].lower, joints["RWP"].upper, 6)
+    view, limits = view_of(hubo), dict(zip(hubo.model.joint_names, hubo.model.limits, strict=True))
+    yaws = np.linspace(limits["RWY"].lower, limits["RWY"].upper, 9)
+    pitches = np.linspace(limits["RWP"].lower, limits["RWP"].upper, 6)
     wrists = [{"RWY": yaw, "RWP": pitch} for yaw in yaws for pitch in pitches]
     seen = [view.shares(start_pose(hubo) | wrist) for wrist in wrists]
     for wrist, shares in zip(wrists, seen, strict=True):

@@ -6,7 +6,7 @@ import pytest
 from hubo_description import list_robots
 from hubo_sim.config import SimConfig
 from hubo_sim.errors import SimError
-from hubo_sim.models import root_link, urdf_for_bullet
+from hubo_sim.models import urdf_for_bullet
 from hubo_sim.robot_source import load_robot_spec
 from hubo_sim.robot_spec import RobotSpec
 from hubo_sim.scene import Scene
@@ -207,7 +207,85 @@ def test_broken_urdf_is_one_clear_line(urdf, word):
 
 
 def test_root_link_is_found():
-    assert root_link(OFFSET) == "root"
+    assert RobotSpec(OFFSET).base_link == "root"
+
+
+LINK = '<link name="{}">' + INERTIAL + "</link>"
+MIMIC_LIMIT = '<limit lower="-3" upper="3" effort="80" velocity="5"/>'
+MIMICS = f"""<robot name="m">{"".join(LINK.format(name) for name in ("root", "arm", "level", "late"))}
+  <joint name="late" type="revolute"><parent link="level"/><child link="late"/><origin xyz="0 0 0.2"/>
+  <axis xyz="0 1 0"/>{MIMIC_LIMIT}<mimic joint="level" multiplier="2"/></joint>
+  <joint name="level" type="revolute"><parent link="arm"/><child link="level"/><origin xyz="0 0 0.3"/>
+  <axis xyz="0 1 0"/><limit lower="-0.9" upper="3" effort="80" velocity="5"/>
+  <mimic joint="j" multiplier="-1" offset="0.1"/></joint>
+  <joint name="j" type="revolute"><parent link="root"/><child link="arm"/><origin xyz="0 0 1"/>
+  <axis xyz="0 1 0"/><limit lower="-2" upper="2" effort="200" velocity="2"/></joint></robot>"""
+
+
+@pytest.mark.parametrize("kind", ["position_controllers", "effort_controllers"])
+@pytest.mark.parametrize("joints", [["j"], ["j", "level"]])
+def test_mimic_joints_follow_their_leader_while_it_moves(kind, joints):
+    content = {"type": f"{kind}/JointTrajectoryController", "joints": joints}
+    if kind == "effort_controllers":
+        content["gains"] = {name: {"p": 4000.0, "d": 200.0} for name in joints}
+    spec = RobotSpec(MIMICS, controllers={"c": content})
+    sim = Simulator(spec, load_world("empty"), SimConfig(renderer="tiny"))
+    rows = sim.robot.joint_rows(["j", "level", "late"])
+    assert sim.robot.state()[0][rows] == pytest.approx([0.0, 0.1, 0.2], abs=1e-6)
+    goal = {"j": 0.8, "level": -0.7}
+    sim.controllers["c"].start(
+        goal_to(sim.controllers["c"], [goal[name] for name in joints], 1.0), 0.0, "goal"
+    )
+    worst = 0.0
+    for _ in range(360):
+        sim.step()
+        j, level, late = sim.robot.state()[0][rows]
+        worst = max(worst, abs(level - (0.1 - j)), abs(late - 2.0 * (0.1 - j)))
+    assert worst < 0.03
+    assert j == pytest.approx(0.8, abs=0.02)
+    T = spec.model.forward([j])[spec.model.link_index("late")]
+    base = sim.robot.link_pose("root")
+    assert sim.robot.link_pose("late") == pytest.approx(base @ T, abs=0.03)
+    sim.close()
+
+
+def test_a_leader_is_held_to_the_limits_of_its_mimics():
+    with Scene(egl=False) as scene:
+        robot = SimRobot(scene, RobotSpec(MIMICS), np.eye(4))
+        (leader,) = [joint for joint in robot.joints if joint.name == "j"]
+        assert (leader.lower, leader.upper) == pytest.approx((-1.4, 1.0))  # late = 0.2 - 2 j, level = 0.1 - j
+
+
+@pytest.mark.parametrize(
+    ("height", "words"), [(0.0, None), (0.6, "would stand at"), (None, "has a link named")]
+)
+def test_a_link_of_the_worlds_name_is_the_world_or_refused(height, words):
+    urdf = OFFSET.replace('"root"', '"world"') if height is not None else OFFSET.replace('"arm"', '"world"')
+    spec = RobotSpec(urdf, config={"base_height_m": height or 0.0})
+    if words:
+        with pytest.raises(SimError, match=words):
+            Simulator(spec, load_world("empty"), SimConfig(renderer="tiny"))
+    else:
+        Simulator(spec, load_world("empty"), SimConfig(renderer="tiny")).close()
+
+
+def test_a_mesh_of_text_collides_and_is_seen(tmp_path):
+    side = "facet normal 0 0 0\nouter loop\n{}endloop\nendfacet\n"
+    corners = [(-0.2, -0.2, -0.2), (0.4, 0, 0), (0, 0.4, 0), (0, 0, 0.4)]
+    faces = [[corners[k] for k in range(4) if k != out] for out in range(4)]
+    text = "".join(side.format("".join(f"vertex {x} {y} {z}\n" for x, y, z in face)) for face in faces)
+    (tmp_path / "t.stl").write_text(f"solid t\n{text}endsolid t\n")
+    mesh = f'<geometry><mesh filename="{tmp_path}/t.stl"/></geometry>'
+    urdf = OFFSET.replace(
+        '<link name="arm">', f'<link name="arm"><visual>{mesh}</visual><collision>{mesh}</collision>'
+    )
+    with Scene(egl=False) as scene:
+        robot = SimRobot(scene, RobotSpec(urdf), np.eye(4))
+        assert scene.client.rayTest([0, 0, 3], [0, 0, 0])[0][0] == robot.body
+        view = scene.client.computeViewMatrix([2, 0, 1], [0, 0, 1], [0, 0, 1])
+        lens = scene.client.computeProjectionMatrixFOV(60, 1, 0.1, 10)
+        seen = scene.client.getCameraImage(32, 32, view, lens, renderer=scene.client.ER_TINY_RENDERER)[4]
+        assert (np.array(seen) == robot.body).any()
 
 
 @pytest.mark.parametrize(

@@ -69,7 +69,7 @@ def answer(handle: actionlib.ClientGoalHandle) -> Any:
 def start_positions() -> dict[str, float]:
     """HUBO at home, its exploring group at the pose `ready` [rad]."""
     robot = load_robot("hubo")
-    start = dict.fromkeys(robot.model.moving_joints, 0.0)
+    start = dict.fromkeys(robot.model.joint_names, 0.0)
     for states in robot.group_states.values():
         start |= states.get("home", {})
     return start | robot.group_states[GROUP]["ready"]

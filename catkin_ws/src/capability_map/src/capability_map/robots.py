@@ -24,20 +24,12 @@ class Arm:
 
     def model(self):
         """Return the RobotModel. :raises CapabilityMapError: the description is broken."""
-        from fv_robot_model import RobotModel
+        from fv_robot_model import RobotModel, package_file
 
         try:
-            return RobotModel.from_xml(self.urdf_xml, self.srdf_xml, _package_folder)
+            return RobotModel.from_xml(self.urdf_xml, self.srdf_xml, package_file)
         except ValueError as err:
             raise CapabilityMapError(f"robot {self.robot}: {err}") from err
-
-
-def _package_folder(uri: str) -> str:
-    """Find a `package://` mesh; workers of another machine need the same packages."""
-    import rospkg
-
-    package, _, rest = uri.removeprefix("package://").partition("/")
-    return f"{rospkg.RosPack().get_path(package)}/{rest}"
 
 
 def load_arm(robot: str, group: str | None = None) -> Arm:

@@ -44,6 +44,7 @@ from fv_exploration.ros_robot import RosRobot
 from fv_exploration.run_folder import RunFolder
 from fv_exploration.view_choice import ViewChooser
 from fv_exploration.warning_list import WarningList
+from hubo_description.check import require_shapes
 from hubo_description.schema import from_mapping
 
 Array = NDArray[np.float64]
@@ -197,11 +198,20 @@ class ExploreServer:
             T_map_root,
             self._config.scan.self_filter_padding_m,
         )
+        if self._body.model.bare_links:
+            rospy.logwarn("links without <collision>: %s", ", ".join(self._body.model.bare_links))
+        require_shapes(
+            self._body.model,
+            self._group,
+            self._exploring.get("links_without_shape", []),
+            "/robot_description",
+        )
         self._body.hold(self._held)
         occupancy_map = OccupancyMap(
             MapConfig(**vars(settings), bounds_min=tuple(bounds[0]), bounds_max=tuple(bounds[1]))
         )
-        self._robot.require_joints(self._body.model.joint_names)
+        passive = self._body.model.passive_joints
+        self._robot.require_joints([name for name in self._body.model.joint_names if name not in passive])
         joints = self._robot.joint_positions()
         body = self._body.voxels(joints, settings.resolution_m, self._config.start.body_padding_m)
         vouched = clearance_voxels(self._clearance(), self._robot.pose_of, settings.resolution_m)

@@ -18,6 +18,7 @@ from fv_robot_model import (
     SelfFilterConfig,
     Shape,
     body_voxels,
+    package_file,
     sphere_cover,
 )
 
@@ -52,7 +53,7 @@ class RobotBody:
     """
 
     def __init__(self, urdf_xml: str, srdf_xml: str, T_map_root: Array, padding_m: float) -> None:
-        self.model = RobotModel.from_xml(urdf_xml, srdf_xml)
+        self.model = RobotModel.from_xml(urdf_xml, srdf_xml, package_file)
         self._T_map_root = T_map_root
         self._filter_config = SelfFilterConfig(padding_m=padding_m)
         self.hold([])

@@ -29,13 +29,23 @@ struct JointLimits {
 /// A group of the SRDF.
 struct Group {
   std::string name;
-  std::string base_link;  ///< Empty unless the group is one chain.
-  std::string tip_link;   ///< Empty unless the group is one chain.
-  std::vector<std::string> joint_names;
-  std::vector<int> joint_indices;  ///< Into RobotModel::jointNames(), ascending.
-  std::vector<int> moved_links;    ///< Indices of all links that any of its joints moves, ascending: with the
-                                   ///< waist in the group, the other arm too. Mimics of its joints count.
+  std::string base_link;                 ///< Empty unless the group is one chain.
+  std::string tip_link;                  ///< Empty unless the group is one chain.
+  std::vector<std::string> joint_names;  ///< Empty for a group that nothing moves (a rigid tool).
+  std::vector<int> joint_indices;        ///< Into RobotModel::jointNames(), ascending.
+  std::vector<int> moved_links;  ///< Indices of all links that any of its joints moves, ascending: with the
+                                 ///< waist in the group, the other arm too. Mimics of its joints count.
   bool isChain() const { return !tip_link.empty(); }
+};
+
+/// What a link looks like, as the URDF has it: one primitive or one mesh.
+struct Visual {
+  enum class Kind { Box, Cylinder, Sphere, Mesh };
+  Kind kind{Kind::Box};
+  /// Box: full edge lengths [m]. Cylinder: radius, length, 0 [m]. Sphere: radius, 0, 0 [m]. Mesh: its scale.
+  Eigen::Vector3d dimensions{Eigen::Vector3d::Zero()};
+  std::string mesh;  ///< Name of the mesh as written; empty for primitives. It is not looked at.
+  Eigen::Isometry3d T_link_visual{Eigen::Isometry3d::Identity()};
 };
 
 /// Takes a mesh's `package://`, relative or other name as written in the URDF to an absolute file name.
@@ -53,11 +63,11 @@ class RobotModel {
  public:
   /// @param urdf_xml Text of the URDF (not a file name), xacro already expanded.
   /// @param srdf_xml Text of the SRDF; empty for none: then there are no groups and no disabled pairs.
+  /// @param with_shapes False: links get no collision shapes, and no mesh is looked for.
   /// @throws ModelError naming what is broken: XML, a link or joint that the SRDF names and the URDF does not
-  /// have, a
-  ///   chain that is not one, a mesh file that is missing, a floating or planar joint.
+  ///   have, a chain that is not one, a mesh file that is missing, a floating or planar joint.
   static RobotModel fromXml(const std::string& urdf_xml, const std::string& srdf_xml,
-                            const MeshResolver& resolver = {});
+                            const MeshResolver& resolver = {}, bool with_shapes = true);
 
   /// The same robot holding something: a new last link, fixed to `parent` with its own frame on the parent's.
   /// @param shapes Its collision shapes, T_link_shape within the frame of the parent.
@@ -71,7 +81,10 @@ class RobotModel {
 
   /// Movable joints that are no mimics; q_all has their values in this order.
   const std::vector<std::string>& jointNames() const { return joint_names_; }
+  /// What each of jointNames() may do: its own limits, narrowed so that its mimics stay within theirs.
   const std::vector<JointLimits>& limits() const { return limits_; }
+  /// Those of jointNames() that the SRDF calls passive: nothing drives them, so no group holds them.
+  const std::vector<std::string>& passiveJoints() const { return passive_joints_; }
   const std::vector<std::string>& linkNames() const { return link_names_; }
   const std::string& rootLink() const { return link_names_.front(); }
   /// @throws UnknownNameError listing the valid names.
@@ -80,6 +93,12 @@ class RobotModel {
 
   /// Collision shapes of a link; empty for a link without. @throws std::out_of_range.
   const std::vector<Shape>& shapes(int link_index) const { return shapes_.at(link_index); }
+  /// What a link looks like; empty for a link that is not drawn. @throws std::out_of_range.
+  const std::vector<Visual>& visuals(int link_index) const { return visuals_.at(link_index); }
+  /// Links that are drawn but have no collision shape: planning and self-filter do not know of them.
+  std::vector<std::string> bareLinks() const;
+  /// Indices of all links that any of these joints (indices into jointNames()) moves, ascending.
+  std::vector<int> movedLinks(const std::vector<int>& joint_indices) const;
   /// Index of the parent link; -1 for the root. @throws std::out_of_range.
   int parent(int link_index) const { return links_.at(link_index).parent; }
 
@@ -108,8 +127,10 @@ class RobotModel {
   /// velocity, both in the frame of the group's base link, per unit of joint velocity. Errors as tipPose.
   Eigen::Matrix<double, 6, Eigen::Dynamic> jacobian(const Group& group,
                                                     const Eigen::Ref<const Eigen::VectorXd>& q_group) const;
-  /// The group as KDL chain, fixed joints kept as KDL's fixed segments; KDL's joints are q_group in order.
-  /// @throws ModelError when the group is no chain or holds a mimic joint, which KDL cannot express.
+  /// The group as KDL chain, a segment a link, fixed joints kept as KDL's fixed segments. KDL's joints are
+  /// q_group in order; a mimic joint is one more, which takes its leader's value (KDL's scale and the
+  /// segment's frame at zero do the rest).
+  /// @throws ModelError when the group is no chain.
   KDL::Chain chain(const Group& group) const;
 
   Eigen::Isometry3d tipPose(const std::string& group, const Eigen::Ref<const Eigen::VectorXd>& q_group) const;
@@ -137,6 +158,7 @@ class RobotModel {
     Eigen::Vector3d axis{Eigen::Vector3d::UnitX()};  ///< Unit vector, joint frame.
     Eigen::Isometry3d T_parent_joint{Eigen::Isometry3d::Identity()};
     std::string joint_name;  ///< Empty for the root.
+    JointLimits limits;      ///< Of the joint itself, as the URDF has them, also where it is a mimic.
   };
   /// @throws std::out_of_range.
   const Link& link(int link_index) const { return links_.at(link_index); }
@@ -156,7 +178,9 @@ class RobotModel {
   std::vector<JointLimits> limits_;
   std::vector<std::string> link_names_;
   std::vector<Link> links_;
+  std::vector<std::string> passive_joints_;
   std::vector<std::vector<Shape>> shapes_;
+  std::vector<std::vector<Visual>> visuals_;
   std::map<std::string, Group> groups_;
   std::map<std::string, std::vector<ChainStep>>
       chain_steps_;  ///< Of each chain: links after the base, in order.

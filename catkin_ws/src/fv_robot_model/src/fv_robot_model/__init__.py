@@ -2,6 +2,7 @@
 
 from fv_robot_model._core import (
     Group,
+    Joint,
     JointLimits,
     LinkFilterConfig,
     ModelError,
@@ -12,12 +13,16 @@ from fv_robot_model._core import (
     SelfFilterConfig,
     Shape,
     UnknownNameError,
+    Visual,
     body_voxels,
+    load_mesh,
     sphere_cover,
 )
+from fv_robot_model.packages import package_file
 
 __all__ = [
     "Group",
+    "Joint",
     "JointLimits",
     "LinkFilterConfig",
     "ModelError",
@@ -28,6 +33,9 @@ __all__ = [
     "SelfFilterConfig",
     "Shape",
     "UnknownNameError",
+    "Visual",
     "body_voxels",
+    "load_mesh",
+    "package_file",
     "sphere_cover",
 ]

@@ -1,5 +1,6 @@
 #include "fv_robot_model/ik/group_solver.h"
 
+#include <algorithm>
 #include <kdl/chain.hpp>
 
 namespace fv_robot_model::ik {
@@ -34,25 +35,34 @@ bool isPrismatic(const KDL::Joint& joint) {
 SerialChain chainOfGroup(const RobotModel& model, const std::string& group_name) {
   const Group& group = model.group(group_name);
   const KDL::Chain kdl = model.chain(group);
-  std::vector<ChainJoint> joints;
+  std::vector<CoupledAxis> axes;
+  std::vector<ChainJoint> joints(group.joint_indices.size());
   KDL::Frame T_base_segment = KDL::Frame::Identity();
   for (unsigned i = 0; i < kdl.getNrOfSegments(); ++i) {
     const KDL::Segment& segment = kdl.getSegment(i);
     const KDL::Joint& kdl_joint = segment.getJoint();
     if (kdl_joint.getType() != KDL::Joint::None) {
-      const JointLimits& limits = model.limits()[static_cast<size_t>(group.joint_indices.at(joints.size()))];
-      ChainJoint joint;
+      const RobotModel::Link& link = model.link(model.linkIndex(segment.getName()));
+      const auto place = std::find(group.joint_indices.begin(), group.joint_indices.end(), link.variable);
+      CoupledAxis coupled;
+      coupled.joint = static_cast<int>(place - group.joint_indices.begin());
+      coupled.multiplier = link.multiplier;
+      ChainJoint& joint = coupled.axis;
       joint.name = kdl_joint.getName();
       joint.axis = eigenVector(T_base_segment.M * kdl_joint.JointAxis()).normalized();
       joint.point = eigenVector(T_base_segment * kdl_joint.JointOrigin());
+      const JointLimits& limits = model.limits()[static_cast<size_t>(link.variable)];
       joint.lower = limits.lower;
       joint.upper = limits.upper;
       joint.prismatic = isPrismatic(kdl_joint);
-      joints.push_back(joint);
+      if (!link.mimic) joints[static_cast<size_t>(coupled.joint)] = joint;
+      axes.push_back(std::move(coupled));
     }
     T_base_segment = T_base_segment * segment.pose(0.0);
   }
-  return SerialChain(std::move(joints), eigenPose(T_base_segment), group.base_link, group.tip_link);
+  if (axes.size() == joints.size()) axes.clear();  // no mimics among them
+  return SerialChain(std::move(joints), std::move(axes), eigenPose(T_base_segment), group.base_link,
+                     group.tip_link);
 }
 
 std::unique_ptr<IkSolver> makeIkSolver(const RobotModel& model, const std::string& group,

@@ -130,6 +130,7 @@ IkBatch IkSolver::solve(const std::vector<Eigen::Isometry3d>& poses, const Eigen
 }
 
 std::unique_ptr<IkSolver> makeIkSolver(const SerialChain& chain, const IkOptions& options) {
+  if (chain.isCoupled()) return makeNumericalIkSolver(chain, options);
   for (const auto make : {makeSpherical6R, makeShoulderElbowWrist7R, makeParallel5R, makeJointSweep}) {
     if (auto solver = make(chain, options)) return solver;
   }

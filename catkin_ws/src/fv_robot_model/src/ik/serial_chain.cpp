@@ -24,6 +24,18 @@ void checkJoint(const ChainJoint& joint) {
   }
 }
 
+/// Column of an axis that passes through `point` while the tip is at `tip`.
+Eigen::Matrix<double, 6, 1> twistAt(const ChainJoint& joint, const Eigen::Vector3d& point,
+                                    const Eigen::Vector3d& axis, const Eigen::Vector3d& tip) {
+  Eigen::Matrix<double, 6, 1> twist;
+  if (joint.prismatic) {
+    twist << axis, Eigen::Vector3d::Zero();
+  } else {
+    twist << axis.cross(tip - point), axis;
+  }
+  return twist;
+}
+
 /// The point of the line (point, axis) for which |x - before| + |x - after| is smallest: unfold the second
 /// distance into the plane of the first (the reflection principle).
 Eigen::Vector3d shortestVia(const ChainJoint& line, const Eigen::Vector3d& before,
@@ -83,13 +95,48 @@ SerialChain::SerialChain(std::vector<ChainJoint> joints, const Eigen::Isometry3d
     throw std::invalid_argument("zero pose of the chain is not finite");
 }
 
+SerialChain::SerialChain(std::vector<ChainJoint> joints, std::vector<CoupledAxis> axes,
+                         const Eigen::Isometry3d& T_base_tip_zero, std::string base_frame,
+                         std::string tip_frame)
+    : SerialChain(std::move(joints), T_base_tip_zero, std::move(base_frame), std::move(tip_frame)) {
+  for (const CoupledAxis& axis : axes) {
+    checkJoint(axis.axis);
+    if (axis.joint < 0 || axis.joint >= dof() || !std::isfinite(axis.multiplier))
+      throw std::invalid_argument("axis '" + axis.axis.name + "': no such joint, or multiplier not finite");
+  }
+  coupled_axes_ = std::move(axes);
+}
+
+std::vector<CoupledAxis> SerialChain::axes() const {
+  if (isCoupled()) return coupled_axes_;
+  std::vector<CoupledAxis> axes;
+  for (int i = 0; i < dof(); ++i) axes.push_back({joint(i), i, 1.0});
+  return axes;
+}
+
 Eigen::Isometry3d SerialChain::forward(const double* q) const {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  if (isCoupled()) {
+    for (const CoupledAxis& a : coupled_axes_) T = T * jointMotion(a.axis, a.multiplier * q[a.joint]);
+    return T * T_base_tip_zero_;
+  }
   for (size_t i = 0; i < joints_.size(); ++i) T = T * jointMotion(joints_[i], q[i]);
   return T * T_base_tip_zero_;
 }
 
+Eigen::Matrix<double, 6, Eigen::Dynamic> SerialChain::coupledJacobian(const double* q) const {
+  Eigen::Matrix<double, 6, Eigen::Dynamic> J = Eigen::Matrix<double, 6, Eigen::Dynamic>::Zero(6, dof());
+  const Eigen::Vector3d tip = forward(q).translation();
+  Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
+  for (const CoupledAxis& a : coupled_axes_) {
+    J.col(a.joint) += a.multiplier * twistAt(a.axis, T * a.axis.point, T.linear() * a.axis.axis, tip);
+    T = T * jointMotion(a.axis, a.multiplier * q[a.joint]);
+  }
+  return J;
+}
+
 Eigen::Matrix<double, 6, Eigen::Dynamic> SerialChain::jacobian(const double* q) const {
+  if (isCoupled()) return coupledJacobian(q);
   Eigen::Matrix<double, 6, Eigen::Dynamic> J(6, dof());
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   for (int i = 0; i < dof(); ++i) {
@@ -100,11 +147,7 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> SerialChain::jacobian(const double* q) 
   for (int i = 0; i < dof(); ++i) {
     const Eigen::Vector3d point = J.col(i).head<3>();
     const Eigen::Vector3d axis = J.col(i).tail<3>();
-    if (joint(i).prismatic) {
-      J.col(i) << axis, Eigen::Vector3d::Zero();
-    } else {
-      J.col(i).head<3>() = axis.cross(tip - point);
-    }
+    J.col(i) = twistAt(joint(i), point, axis, tip);
   }
   return J;
 }
@@ -117,6 +160,7 @@ double SerialChain::manipulability(const double* q) const {
 }
 
 SerialChain SerialChain::withFixedJoint(int i, double value) const {
+  if (isCoupled()) throw std::invalid_argument("joint '" + joint(i).name + "' has mimics: it cannot be held");
   const Eigen::Isometry3d motion = jointMotion(joint(i), value);
   std::vector<ChainJoint> rest(joints_.begin(), joints_.begin() + i);
   for (int k = i + 1; k < dof(); ++k) {
@@ -132,7 +176,7 @@ SerialChain SerialChain::withLimits(int i, double lower, double upper) const {
   std::vector<ChainJoint> joints = joints_;
   joints[static_cast<size_t>(i)].lower = lower;
   joints[static_cast<size_t>(i)].upper = upper;
-  return SerialChain(std::move(joints), T_base_tip_zero_, base_frame_, tip_frame_);
+  return SerialChain(std::move(joints), coupled_axes_, T_base_tip_zero_, base_frame_, tip_frame_);
 }
 
 bool SerialChain::withinLimits(const double* q, double tolerance) const {
@@ -145,17 +189,18 @@ bool SerialChain::withinLimits(const double* q, double tolerance) const {
 
 ReachBound reachBound(const SerialChain& chain) {
   // Vertices: one per axis, then the tip. Prismatic axes have no fixed place: they add their stroke instead.
-  std::vector<const ChainJoint*> axes;
+  std::vector<ChainJoint> axes;
   double strokes = 0.0;
-  for (const ChainJoint& joint : chain.joints()) {
-    if (joint.prismatic) {
-      strokes += std::max(std::abs(joint.lower), std::abs(joint.upper));
+  for (const CoupledAxis& a : chain.axes()) {
+    const ChainJoint& leader = chain.joint(a.joint);
+    if (a.axis.prismatic) {
+      strokes += std::abs(a.multiplier) * std::max(std::abs(leader.lower), std::abs(leader.upper));
     } else {
-      axes.push_back(&joint);
+      axes.push_back(a.axis);
     }
   }
   std::vector<Eigen::Vector3d> vertices;
-  for (const ChainJoint* axis : axes) vertices.push_back(axis->point);
+  for (const ChainJoint& axis : axes) vertices.push_back(axis.point);
   vertices.push_back(chain.zeroPose().translation());
   if (axes.empty()) return {vertices.back(), strokes};
 
@@ -164,8 +209,8 @@ ReachBound reachBound(const SerialChain& chain) {
   for (int sweep = 0; sweep < kSweeps; ++sweep) {
     const double before = polylineLength(vertices);
     for (size_t i = axes.size(); i-- > 1;)
-      vertices[i] = shortestVia(*axes[i], vertices[i - 1], vertices[i + 1]);
-    vertices[0] = axes[0]->point + axes[0]->axis.dot(vertices[1] - axes[0]->point) * axes[0]->axis;
+      vertices[i] = shortestVia(axes[i], vertices[i - 1], vertices[i + 1]);
+    vertices[0] = axes[0].point + axes[0].axis.dot(vertices[1] - axes[0].point) * axes[0].axis;
     if (before - polylineLength(vertices) < 1e-13) break;
   }
   return {vertices[0], polylineLength(vertices) + strokes};

@@ -7,6 +7,5 @@
 
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.robot import Robot, list_robots, load_robot, robots_folder
-from hubo_description.urdf import plain_mesh_paths
 
-__all__ = ["Robot", "RobotDescriptionError", "list_robots", "load_robot", "plain_mesh_paths", "robots_folder"]
+__all__ = ["Robot", "RobotDescriptionError", "list_robots", "load_robot", "robots_folder"]

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from hubo_description.bullet_urdf import mimic_positions, urdf_for_bullet
 from hubo_description.errors import RobotDescriptionError
+from hubo_description.native import native_output_hidden
 from hubo_description.robot import Robot
-from hubo_description.urdf import plain_mesh_paths
 
 
 class SelfCollision:
@@ -20,14 +21,15 @@ class SelfCollision:
 
         :raises RobotDescriptionError: pybullet refuses the URDF.
         """
-        import pybullet  # heavy: only who asks for collisions pays
+        with native_output_hidden():
+            import pybullet  # heavy: only who asks for collisions pays
 
-        self._bullet = pybullet
+        self._bullet, self._model = pybullet, robot.model
         self._client = pybullet.connect(pybullet.DIRECT)
         self._body = self._load(robot)
         infos = [pybullet.getJointInfo(self._body, k, self._client) for k in range(self._count())]
         self._joint_index = {info[1].decode(): info[0] for info in infos}
-        self.link_index = {robot.model.root: -1} | {info[12].decode(): info[0] for info in infos}
+        self.link_index = {robot.model.root_link: -1} | {info[12].decode(): info[0] for info in infos}
 
     def __enter__(self) -> SelfCollision:
         return self
@@ -44,17 +46,19 @@ class SelfCollision:
 
     def _load(self, robot: Robot) -> int:
         with tempfile.TemporaryDirectory() as folder:
+            text = urdf_for_bullet(robot.urdf_xml, robot.model, Path(folder))
             path = Path(folder) / "robot.urdf"
-            path.write_text(plain_mesh_paths(robot.urdf_xml), encoding="utf-8")
+            path.write_text(text, encoding="utf-8")
             try:
-                return self._bullet.loadURDF(str(path), useFixedBase=True, physicsClientId=self._client)
+                with native_output_hidden():
+                    return self._bullet.loadURDF(str(path), useFixedBase=True, physicsClientId=self._client)
             except self._bullet.error as err:
                 self.close()
                 raise RobotDescriptionError(f"{robot.name}: pybullet cannot load the URDF: {err}") from err
 
     def set_joints(self, pose: dict[str, float]) -> None:
-        """Put the named joints at these values, rad or m; the others stay."""
-        for name, value in pose.items():
+        """Put the named joints at these values, rad or m, and all mimics where these put them; the others stay."""
+        for name, value in (pose | mimic_positions(self._model, pose)).items():
             self._bullet.resetJointState(
                 self._body, self._joint_index[name], value, physicsClientId=self._client
             )

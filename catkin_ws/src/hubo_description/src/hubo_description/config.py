@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass, field
 
+from fv_robot_model import RobotModel
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.schema import from_mapping, reject_unknown, require_mapping
 
@@ -53,6 +55,9 @@ class Exploration:
     camera: str  # a depth camera of sensors.yaml
     start_pose: str  # group_state of the group
     clearance: Clearance = field(default_factory=Clearance)
+    links_without_shape: list[str] = field(
+        default_factory=list
+    )  # drawn links without <collision>, accepted by name
 
 
 @dataclass(frozen=True)
@@ -88,22 +93,39 @@ class JointLimit:
             if getattr(self, name) <= 0.0:
                 raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
 
+    def narrowed(self, mimic: JointLimit, rate: float) -> JointLimit:
+        """Return these limits such that a joint that moves ``rate`` times as fast keeps its own as well."""
+        kept = dataclasses.asdict(self)
+        for kind in ("velocity", "acceleration"):
+            if getattr(mimic, f"has_{kind}_limits"):
+                bound = getattr(mimic, f"max_{kind}") / rate
+                own = kept[f"max_{kind}"] if kept[f"has_{kind}_limits"] else bound
+                kept |= {f"has_{kind}_limits": True, f"max_{kind}": min(own, bound)}
+        return JointLimit(**kept)
 
-def parse_joint_limits(data: object, joints: list[str], where: str) -> dict[str, JointLimit]:
-    """Return the limits by joint name.
 
-    :param joints: the robot's moving joints; each must have limits.
+def parse_joint_limits(data: object, model: RobotModel, where: str) -> dict[str, JointLimit]:
+    """Return the limits by joint name, those of leaders narrowed by the rows that their mimics have.
+
+    Every joint that moves by itself needs a row; passive joints and mimics may have one.
+
     :raises RobotDescriptionError: unknown joint or key, a joint without limits, a value out of range.
     """
     mapping = require_mapping(data, where)
     reject_unknown(mapping, ["joint_limits"], where)
     table = require_mapping(mapping.get("joint_limits"), f"{where}: joint_limits")
+    moving = {joint.name: joint for joint in model.joints if joint.type != "fixed"}
     for name in table:
-        if name not in joints:
+        if name not in moving:
             raise RobotDescriptionError(
-                f"{where}: unknown joint '{name}'; the robot's joints: {', '.join(joints)}"
+                f"{where}: unknown joint '{name}'; the robot's joints: {', '.join(moving)}"
             )
-    for name in joints:
-        if name not in table:
+    for name in model.joint_names:
+        if name not in table and name not in model.passive_joints:
             raise RobotDescriptionError(f"{where}: no limits for joint '{name}'")
-    return {name: from_mapping(JointLimit, row, f"{where}: {name}") for name, row in table.items()}
+    limits = {name: from_mapping(JointLimit, row, f"{where}: {name}") for name, row in table.items()}
+    for name in limits:
+        leader, rate = moving[name].leader, abs(moving[name].multiplier)
+        if leader in limits and rate > 0.0:
+            limits[leader] = limits[leader].narrowed(limits[name], rate)
+    return limits

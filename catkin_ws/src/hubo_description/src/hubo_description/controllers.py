@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from fv_robot_model import RobotModel
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.schema import reject_unknown, require_mapping
 
@@ -19,16 +20,15 @@ KEYS[EFFORT] = [*KEYS[POSITION], "gains", "velocity_ff"]
 GAINS = ["p", "i", "d", "i_clamp"]
 
 
-def check_controllers(data: dict, namespace: str, joints: list[str], where: str) -> None:
+def check_controllers(data: dict, namespace: str, model: RobotModel, where: str) -> None:
     """Check controllers.yaml.
 
-    :param joints: the robot's moving joints.
     :raises RobotDescriptionError: unknown key, type or joint, missing gains, a controller_list that does not fit.
     """
     reject_unknown(data, [namespace, "controller_list"], where)
     controllers = require_mapping(data.get(namespace), f"{where}: {namespace}")
     for name, entry in controllers.items():
-        _check_controller(require_mapping(entry, f"{where}: {name}"), joints, f"{where}: {name}")
+        _check_controller(require_mapping(entry, f"{where}: {name}"), model, f"{where}: {name}")
     listed = data.get("controller_list")
     if not isinstance(listed, list):
         raise RobotDescriptionError(f"{where}: controller_list: expected a list, got {listed!r}")
@@ -36,7 +36,7 @@ def check_controllers(data: dict, namespace: str, joints: list[str], where: str)
         _check_listed(require_mapping(entry, f"{where}: controller_list[{k}]"), namespace, controllers, where)
 
 
-def _check_controller(entry: dict, joints: list[str], where: str) -> None:
+def _check_controller(entry: dict, model: RobotModel, where: str) -> None:
     kind = entry.get("type")
     if kind not in KEYS:
         raise RobotDescriptionError(f"{where}: unknown type {kind!r}; valid types: {', '.join(KEYS)}")
@@ -47,11 +47,19 @@ def _check_controller(entry: dict, joints: list[str], where: str) -> None:
     own = entry.get("joints")
     if not isinstance(own, list) or not own:
         raise RobotDescriptionError(f"{where}: joints: expected a list of names, got {own!r}")
+    leaders = {joint.name: joint.leader for joint in model.joints if joint.leader}
     for joint in own:
-        if joint not in joints:
+        if joint in leaders and leaders[joint] not in own:
             raise RobotDescriptionError(
-                f"{where}: unknown joint '{joint}'; the robot's joints: {', '.join(joints)}"
+                f"{where}: joint '{joint}' mimics '{leaders[joint]}', which this controller does not drive; "
+                f"name '{leaders[joint]}', with or without '{joint}'"
             )
+        if joint not in model.joint_names and joint not in leaders:
+            raise RobotDescriptionError(
+                f"{where}: unknown joint '{joint}'; the robot's joints: {', '.join(model.joint_names)}"
+            )
+        if own.count(joint) > 1:
+            raise RobotDescriptionError(f"{where}: joint '{joint}' is named twice")
     _check_constraints(entry.get("constraints", {}), own, f"{where}: constraints")
     if kind == EFFORT:
         _check_gains(entry.get("gains"), own, f"{where}: gains")

@@ -6,16 +6,15 @@ import argparse
 import itertools
 import os
 import sys
-import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from fv_robot_model import RobotModel
 from hubo_description.collision import SelfCollision
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.robot import Robot, list_robots, load_robot
-from hubo_description.urdf import UrdfModel
 
 BEGIN = "<!-- disabled pairs: begin (written by compute_disabled_pairs; edit above) -->"
 END = "<!-- disabled pairs: end -->"
@@ -35,14 +34,13 @@ class Sampled:
 
 
 def solid_links(robot: Robot) -> list[str]:
-    """Return the links that have a collision shape, in the URDF's order."""
-    root = ET.fromstring(robot.urdf_xml)
-    return [link.get("name", "") for link in root.findall("link") if link.find("collision") is not None]
+    """Return the links that have a collision shape, parents before children."""
+    return [link for link in robot.model.link_names if robot.model.shapes(link)]
 
 
-def adjacent_pairs(model: UrdfModel, solid: list[str]) -> set[Pair]:
+def adjacent_pairs(model: RobotModel, solid: list[str]) -> set[Pair]:
     """Return the pairs joined by one joint, or by several across links that have no shape."""
-    parent = {joint.child: joint.parent for joint in model.joints.values()}
+    parent = {joint.child: joint.parent for joint in model.joints}
     pairs = set()
     for link in solid:
         above = parent.get(link)
@@ -96,7 +94,7 @@ def compute_disabled_pairs(robot: Robot, samples: int, seed: int) -> dict[Pair, 
 
 
 def start_pose(robot: Robot) -> dict[str, float]:
-    """Return all moving joints [rad, m] where exploring begins.
+    """Return all joints that move by themselves [rad, m] where exploring begins.
 
     The exploring group is at its start pose, the other groups at ``home``, what no group names at zero or at the
     limit nearest to it.
@@ -109,8 +107,8 @@ def start_pose(robot: Robot) -> dict[str, float]:
 
 
 def _bounds(robot: Robot) -> dict[str, tuple[float, float]]:
-    joints = (robot.model.joints[name] for name in robot.model.moving_joints)
-    return {joint.name: (max(joint.lower, -np.pi), min(joint.upper, np.pi)) for joint in joints}
+    joints = zip(robot.model.joint_names, robot.model.limits, strict=True)
+    return {name: (max(limit.lower, -np.pi), min(limit.upper, np.pi)) for name, limit in joints}
 
 
 def _sample(
@@ -155,10 +153,17 @@ def _can_touch(
     return False
 
 
-def joints_between(model: UrdfModel, link_a: str, link_b: str) -> list[str]:
-    """Return the moving joints on the way from one link to the other through the tree."""
-    ways = [set(model.chain_joints(model.root, link)) for link in (link_a, link_b)]
-    return sorted(ways[0] ^ ways[1])
+def joints_between(model: RobotModel, link_a: str, link_b: str) -> list[str]:
+    """Return the joints that move one link against the other, of mimics their leaders."""
+    above = {joint.child: joint for joint in model.joints}
+    ways = []
+    for link in (link_a, link_b):
+        way = []
+        while link in above:
+            way.append(above[link])
+            link = above[link].parent
+        ways.append({joint.name: joint.leader or joint.name for joint in way if joint.type != "fixed"})
+    return sorted({ways[0].get(name) or ways[1][name] for name in ways[0].keys() ^ ways[1].keys()})
 
 
 def _marked(srdf: str) -> str:

@@ -6,13 +6,16 @@ import functools
 from dataclasses import dataclass
 from pathlib import Path
 
+from fv_robot_model import Group, RobotModel, package_file
 from hubo_description.config import JointLimit, RobotConfig, parse_joint_limits
 from hubo_description.controllers import check_controllers
 from hubo_description.errors import RobotDescriptionError
+from hubo_description.files import read_xml
 from hubo_description.schema import from_mapping, read_yaml
 from hubo_description.sensors import DepthCamera, ForceTorque, Sensor, parse_sensors
-from hubo_description.srdf import Group, parse_srdf, read_srdf
-from hubo_description.urdf import UrdfModel, load_urdf, parse_urdf
+from hubo_description.urdf import load_urdf
+
+MAP_FRAME = "world"  # of maps, goals and simulated worlds, unless a user says otherwise
 
 
 @dataclass(frozen=True)
@@ -24,16 +27,43 @@ class Robot:
     config: RobotConfig
     urdf_xml: str  # expanded; meshes as absolute file:// or package:// URIs
     srdf_xml: str
-    model: UrdfModel  # links, joints and their limits
+    model: RobotModel  # links, joints, limits, groups and poses of both
     controllers: dict  # controllers.yaml: {<namespace>: {<controller>: ...}, controller_list: [...]}
     joint_limits: dict[str, JointLimit]
     sensors: dict[str, Sensor]
-    groups: dict[str, Group]
-    group_states: dict[str, dict[str, dict[str, float]]]  # group -> pose -> joint -> rad
-    disabled_pairs: frozenset[tuple[str, str]]  # link names, each pair sorted
     documents: dict[
         str, dict
     ]  # robot.yaml, joint_limits.yaml, sensors.yaml as read, for the parameter server
+
+    @property
+    def groups(self) -> dict[str, Group]:
+        """The SRDF's groups by name."""
+        return {name: self.model.group(name) for name in self.model.group_names}
+
+    @property
+    def group_states(self) -> dict[str, dict[str, dict[str, float]]]:
+        """Named poses: group -> pose -> joint -> rad (m where prismatic)."""
+        return named_poses(self.model)
+
+    @property
+    def disabled_pairs(self) -> frozenset[tuple[str, str]]:
+        """Link names of the SRDF's disabled pairs, each pair sorted."""
+        return frozenset(self.model.disabled_pairs)
+
+    @property
+    def moving_joints(self) -> list[str]:
+        """Names of the joints that move, mimics too."""
+        return [joint.name for joint in self.model.joints if joint.type != "fixed"]
+
+
+def named_poses(model: RobotModel) -> dict[str, dict[str, dict[str, float]]]:
+    """Return the SRDF's named poses: group -> pose -> joint -> rad (m where prismatic)."""
+    poses = {}
+    for name in model.group_names:
+        joints = model.group(name).joint_names
+        states = model.named_states(name).items()
+        poses[name] = {state: dict(zip(joints, map(float, values), strict=True)) for state, values in states}
+    return poses
 
 
 def robots_folder() -> Path:
@@ -71,20 +101,22 @@ def load_robot(name_or_folder: str | Path) -> Robot:
     robot = _assemble(
         folder, documents, from_mapping(RobotConfig, documents["robot"], f"{folder}/robot.yaml")
     )
-    check_controllers(
-        robot.controllers, robot.config.namespace, robot.model.moving_joints, f"{folder}/controllers.yaml"
-    )
+    check_controllers(robot.controllers, robot.config.namespace, robot.model, f"{folder}/controllers.yaml")
     _check_references(robot)
+    _check_map_frame(robot)
     return robot
 
 
 def _assemble(folder: Path, documents: dict[str, dict], config: RobotConfig) -> Robot:
     """Expand and parse what robot.yaml points to; each part is checked against the URDF."""
     urdf_xml = load_urdf(config.urdf, config.attach, folder, robots_folder() / "common")
-    model = parse_urdf(urdf_xml, f"{folder}/robot.yaml: urdf {config.urdf}")
-    srdf_xml = read_srdf(folder / config.srdf)
-    srdf = parse_srdf(srdf_xml, model, str(folder / config.srdf))
-    limits = parse_joint_limits(documents["joint_limits"], model.moving_joints, f"{folder}/joint_limits.yaml")
+    srdf_xml = read_xml(folder / config.srdf)
+    try:
+        model = RobotModel.from_xml(urdf_xml, srdf_xml, package_file)
+    except ValueError as err:
+        where = folder / config.srdf if "SRDF" in str(err) else f"{folder}/robot.yaml: urdf {config.urdf}"
+        raise RobotDescriptionError(f"{where}: {' '.join(str(err).split())}") from err
+    limits = parse_joint_limits(documents["joint_limits"], model, f"{folder}/joint_limits.yaml")
     return Robot(
         name=config.name,
         folder=folder,
@@ -95,9 +127,6 @@ def _assemble(folder: Path, documents: dict[str, dict], config: RobotConfig) -> 
         controllers=read_yaml(folder / "controllers.yaml"),
         joint_limits=limits,
         sensors=parse_sensors(documents["sensors"], f"{folder}/sensors.yaml"),
-        groups=srdf.groups,
-        group_states=srdf.group_states,
-        disabled_pairs=srdf.disabled_pairs,
         documents=documents,
     )
 
@@ -114,25 +143,53 @@ def _find_folder(name_or_folder: str | Path) -> Path:
 def _check_references(robot: Robot) -> None:
     """Check that robot.yaml and sensors.yaml name links, groups, poses and cameras that exist."""
     exploration, where = robot.config.exploration, str(robot.folder / "robot.yaml")
-    _require(robot.config.base_link, [robot.model.root], "base_link (the URDF's root)", where)
-    _require(exploration.group, robot.groups, "exploration group", where)
-    if exploration.capability_group:
-        _require(exploration.capability_group, robot.groups, "capability_group", where)
+    _require(robot.config.base_link, [robot.model.root_link], "base_link (the URDF's root)", where)
+    groups = {"group": exploration.group, "capability_group": exploration.capability_group}
+    for key, name in groups.items():
+        if name or key == "group":
+            _require(name, robot.groups, f"exploration {key}", where)
+            _require_arm(robot.groups[name], key, where)
     _require(exploration.start_pose, robot.group_states[exploration.group], "start_pose", where)
     cameras = [name for name, sensor in robot.sensors.items() if isinstance(sensor, DepthCamera)]
     _require(exploration.camera, cameras, "camera", where)
     for shape in [*exploration.clearance.boxes, *exploration.clearance.spheres]:
-        _require(shape.frame, robot.model.links, "clearance frame", where)
+        _require(shape.frame, robot.model.link_names, "clearance frame", where)
+    for link in exploration.links_without_shape:
+        _require(link, robot.model.link_names, "link of links_without_shape", where)
     for name, sensor in robot.sensors.items():
         _check_sensor(name, sensor, robot.model, str(robot.folder / "sensors.yaml"))
 
 
-def _check_sensor(name: str, sensor: Sensor, model: UrdfModel, where: str) -> None:
+def _require_arm(group: Group, key: str, where: str) -> None:
+    """Check that a group can carry a camera about: a chain with joints that move."""
+    if not group.is_chain or not group.joint_names:
+        lacks = "has no joint that moves" if group.is_chain else "is not one <chain>"
+        raise RobotDescriptionError(f"{where}: {key} '{group.name}' {lacks} in the SRDF")
+
+
+def _check_map_frame(robot: Robot) -> None:
+    """Check that no link has the map frame's name, unless it is the root and stands where the map begins."""
+    config, where = robot.config, str(robot.folder / "robot.yaml")
+    if MAP_FRAME not in robot.model.link_names:
+        return
+    if robot.model.root_link != MAP_FRAME:
+        raise RobotDescriptionError(
+            f"{where}: urdf {config.urdf}: a link below the root has the name of the map's frame, '{MAP_FRAME}'; "
+            "rename the link"
+        )
+    if config.base_height_m != 0.0:
+        raise RobotDescriptionError(
+            f"{where}: base_height_m is {config.base_height_m:g}, but base_link '{MAP_FRAME}' is the map's own frame, "
+            f"whose floor is at 0: rename the link, or set base_height_m: 0 and put the height into the URDF"
+        )
+
+
+def _check_sensor(name: str, sensor: Sensor, model: RobotModel, where: str) -> None:
     """Check that the links, or the joint, that a sensor names exist."""
     if isinstance(sensor, ForceTorque):
-        _require(sensor.joint, model.joints, f"joint of sensor {name}", where)
+        _require(sensor.joint, [joint.name for joint in model.joints], f"joint of sensor {name}", where)
     for link in sensor.links:
-        _require(link, model.links, f"link of sensor {name}", where)
+        _require(link, model.link_names, f"link of sensor {name}", where)
 
 
 def _require(value: str, valid, what: str, where: str) -> None:

@@ -9,9 +9,8 @@ import types
 import typing
 from pathlib import Path
 
-import yaml
-
 from hubo_description.errors import RobotDescriptionError
+from hubo_description.files import LARGEST_YAML, read_bytes, read_yaml_text
 
 T = typing.TypeVar("T")
 UNITS = ("m", "mm", "cm", "rad", "deg", "s", "ms", "hz", "px")  # suffixes of keys
@@ -20,15 +19,13 @@ UNITS = ("m", "mm", "cm", "rad", "deg", "s", "ms", "hz", "px")  # suffixes of ke
 def read_yaml(path: Path) -> dict:
     """Return the mapping in a YAML file.
 
-    :raises RobotDescriptionError: the file is missing, is no YAML, or holds something other than a mapping.
+    :raises RobotDescriptionError: the file is missing, is no YAML (or grows too large), or holds no mapping.
     """
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, UnicodeDecodeError) as err:
+        text = read_bytes(path, LARGEST_YAML).decode("utf-8-sig")
+    except UnicodeDecodeError as err:
         raise RobotDescriptionError(f"{path}: cannot be read: {err}") from err
-    except yaml.YAMLError as err:
-        raise RobotDescriptionError(f"{path}: no valid YAML: {' '.join(str(err).split())}") from err
-    return require_mapping(data, str(path))
+    return require_mapping(read_yaml_text(text, str(path)), str(path))
 
 
 def require_mapping(data: object, where: str) -> dict:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import sys
 
+from hubo_description.check import bare_links_text, check_robot
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.robot import Robot, list_robots, load_robot
 
@@ -15,7 +17,9 @@ def parameters(robot: Robot) -> dict[str, object]:
     values: dict[str, object] = {
         "/robot_description": robot.urdf_xml,
         "/robot_description_semantic": robot.srdf_xml,
-        "/robot_description_planning/joint_limits": robot.documents["joint_limits"]["joint_limits"],
+        "/robot_description_planning/joint_limits": {
+            name: dataclasses.asdict(limit) for name, limit in robot.joint_limits.items()
+        },
         "/robot": robot.documents["robot"],
         "/sensors": robot.documents["sensors"],
         "/controller_list": robot.controllers["controller_list"],
@@ -43,11 +47,14 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Put a robot's description on the parameter server.")
     parser.add_argument("--robot", default="hubo", help=f"name or folder; one of {', '.join(list_robots())}")
     parser.add_argument(
-        "--check", action="store_true", help="only check the robot's files; needs no ROS master"
+        "--check",
+        action="store_true",
+        help="only check the robot: its files, and all that nodes make of them; needs no ROS master",
     )
     args, _ = parser.parse_known_args(argv)  # rosrun appends __name:= and the like
     try:
         robot = load_robot(args.robot)
+        notes = check_robot(robot)
         if not args.check:
             upload(robot)
     except RobotDescriptionError as err:
@@ -60,6 +67,10 @@ def main(argv: list[str] | None = None) -> int:
         )
         return 1
     print(
-        f"upload_robot: {robot.name}: {len(robot.model.moving_joints)} joints, {len(robot.sensors)} sensors"
+        f"upload_robot: {robot.name}: {len(robot.moving_joints)} joints, {len(robot.sensors)} sensors",
+        *notes,
+        sep="; ",
     )
+    if robot.model.bare_links:
+        print(f"upload_robot: warning: {bare_links_text(robot)}", file=sys.stderr)
     return 0

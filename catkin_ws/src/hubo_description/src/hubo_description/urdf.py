@@ -1,64 +1,20 @@
-"""URDF: from file, xacro or pybullet_data to one XML with absolute meshes, and its tree of joints."""
+"""URDF: from file, xacro or pybullet_data to one XML with absolute meshes. ``fv_robot_model`` reads what it says."""
 
 from __future__ import annotations
 
 import importlib.util
-import math
 import xml.etree.ElementTree as ET
-from dataclasses import dataclass
 from pathlib import Path
 
 import xacro
 
+from fv_robot_model import package_file
 from hubo_description.errors import RobotDescriptionError
+from hubo_description.files import read_xml
 
-MOVING = ("revolute", "continuous", "prismatic")
 PYBULLET_DATA = "pybullet_data:"
 NEUTRAL = "0.72 0.73 0.75 1"  # colour of shapes that have none; RViz would draw them red, which means contact elsewhere
 OWN_COLORS = (".dae", ".obj", ".glb", ".gltf", ".mesh")  # meshes that may bring their colours with them
-
-
-@dataclass(frozen=True)
-class Joint:
-    """One joint of the URDF; rad, m where prismatic."""
-
-    name: str
-    type: str
-    parent: str
-    child: str
-    lower: float
-    upper: float
-    velocity: float
-    effort: float
-
-
-@dataclass(frozen=True)
-class UrdfModel:
-    """The tree of a URDF."""
-
-    root: str
-    links: tuple[str, ...]
-    joints: dict[str, Joint]  # all of them, fixed ones too, in the file's order
-
-    @property
-    def moving_joints(self) -> list[str]:
-        """Names of the joints that move, in the file's order."""
-        return [name for name, joint in self.joints.items() if joint.type in MOVING]
-
-    def chain_joints(self, base: str, tip: str) -> list[str]:
-        """Return the moving joints from base to tip.
-
-        :raises RobotDescriptionError: tip does not hang below base.
-        """
-        by_child = {joint.child: joint for joint in self.joints.values()}
-        names, link = [], tip
-        while link != base:
-            if link not in by_child:
-                raise RobotDescriptionError(f"no chain from '{base}' to '{tip}': '{link}' has no parent")
-            joint = by_child[link]
-            names += [joint.name] if joint.type in MOVING else []
-            link = joint.parent
-        return names[::-1]
 
 
 def load_urdf(urdf: str, attach: str | None, folder: Path, common: Path) -> str:
@@ -92,11 +48,14 @@ def _expand(path: Path, common: Path) -> ET.Element:
     """Return the root element of a URDF or xacro file."""
     if not path.is_file():
         raise RobotDescriptionError(f"{path}: no such URDF file")
+    source = read_xml(path)
     try:
         if path.suffix == ".xacro":
-            expanded = xacro.process_file(str(path), mappings={"common": str(common)})
-            return ET.fromstring(expanded.toxml())
-        return ET.fromstring(path.read_text(encoding="utf-8"))
+            xacro.init_stacks(str(path))  # as xacro.process_file does it, which knows UTF-8 only
+            expanded = xacro.parse(source)
+            xacro.process_doc(expanded, mappings={"common": str(common)})
+            source = expanded.toxml()
+        return ET.fromstring(source)
     except Exception as err:  # xacro raises many unrelated types, some of them bare Exception
         raise RobotDescriptionError(f"{path}: cannot be expanded: {' '.join(str(err).split())}") from err
 
@@ -108,13 +67,24 @@ def _resolve_meshes(root: ET.Element, path: Path) -> None:
         name = mesh.get("filename", "")
         if in_pybullet:
             name = name.removeprefix("package://")
-        elif name.startswith("package://"):
-            continue
-        target = Path(name.removeprefix("file://"))
-        target = target if target.is_absolute() else (path.parent / target).resolve()
+        target = path.parent / mesh_file(name, path)  # an absolute one stays
         if not target.is_file():
             raise RobotDescriptionError(f"{path}: no such mesh: {target}")
-        mesh.set("filename", f"file://{target}")
+        if not name.startswith("package://"):
+            mesh.set("filename", f"file://{target.resolve()}")
+
+
+def mesh_file(name: str, where: Path | str) -> Path:
+    """Return the file that a mesh's name means; a relative one stays relative.
+
+    :raises RobotDescriptionError: it lies in a ROS package that is not there.
+    """
+    if not name.startswith("package://"):
+        return Path(name.removeprefix("file://"))
+    try:
+        return Path(package_file(name))
+    except ValueError as err:
+        raise RobotDescriptionError(f"{where}: {err}") from err
 
 
 def _color_the_colorless(root: ET.Element) -> None:
@@ -140,66 +110,3 @@ def _neutral(name: str) -> ET.Element:
 def _is_below_pybullet_data(path: Path) -> bool:
     spec = importlib.util.find_spec("pybullet_data")
     return spec is not None and spec.origin is not None and Path(spec.origin).parent in path.parents
-
-
-def plain_mesh_paths(urdf_xml: str) -> str:
-    """Return the URDF with ``file://`` meshes as plain absolute paths, as pybullet's loader wants them."""
-    return urdf_xml.replace('"file://', '"')
-
-
-def parse_urdf(urdf_xml: str, where: str) -> UrdfModel:
-    """Return the tree of a URDF.
-
-    :raises RobotDescriptionError: no XML, no single root, a joint between unknown links, a moving joint without
-        usable limits.
-    """
-    try:
-        root = ET.fromstring(urdf_xml)
-    except ET.ParseError as err:
-        raise RobotDescriptionError(f"{where}: no valid XML: {err}") from err
-    links = tuple(link.get("name", "") for link in root.findall("link"))
-    elements = root.findall("joint")
-    joints = {element.get("name", ""): _joint(element, links, where) for element in elements}
-    if len(set(links)) != len(links) or len(joints) != len(elements):
-        raise RobotDescriptionError(f"{where}: two links or two joints have the same name")
-    return UrdfModel(_root_link(links, joints, where), links, joints)
-
-
-def _joint(element: ET.Element, links: tuple[str, ...], where: str) -> Joint:
-    name = element.get("name", "")
-    ends = [element.find(tag) for tag in ("parent", "child")]
-    names = ["" if end is None else end.get("link", "") for end in ends]
-    for link in names:
-        if link not in links:
-            raise RobotDescriptionError(f"{where}: joint '{name}': unknown link '{link}'")
-    kind = element.get("type", "")
-    lower, upper, velocity, effort = _limits(element, kind, f"{where}: joint '{name}'")
-    return Joint(name, kind, names[0], names[1], lower, upper, velocity, effort)
-
-
-def _limits(element: ET.Element, kind: str, where: str) -> tuple[float, float, float, float]:
-    limit = element.find("limit")
-    if kind not in MOVING:
-        return 0.0, 0.0, 0.0, 0.0
-    if limit is None and kind != "continuous":
-        raise RobotDescriptionError(f"{where}: type {kind} without <limit>")
-    keys = ("lower", "upper", "velocity", "effort")
-    try:
-        values = [float(limit.get(key, 0.0)) if limit is not None else 0.0 for key in keys]
-    except ValueError as err:
-        raise RobotDescriptionError(f"{where}: limit is no number: {err}") from err
-    if kind == "continuous":
-        values[:2] = -math.inf, math.inf
-    if not values[0] < values[1]:
-        raise RobotDescriptionError(f"{where}: lower limit {values[0]} is not below upper limit {values[1]}")
-    return tuple(values)
-
-
-def _root_link(links: tuple[str, ...], joints: dict[str, Joint], where: str) -> str:
-    children = [joint.child for joint in joints.values()]
-    roots = [link for link in links if link not in children]
-    if len(roots) != 1 or len(set(children)) != len(children):
-        raise RobotDescriptionError(
-            f"{where}: not a tree with one root; links without parent: {', '.join(roots)}"
-        )
-    return roots[0]

@@ -67,7 +67,9 @@ class EffortDrive:
         self._integral = self._integrate(set_point.position - q)
         spring = self._p * (set_point.position - q - dt * v)
         damper = self._d * (set_point.velocity - v)
-        mass = np.array(self._client.calculateMassMatrix(self._robot.body, positions.tolist()))
+        mass = self._robot.fold(
+            np.array(self._client.calculateMassMatrix(self._robot.body, positions.tolist()))
+        )
         mass = mass[np.ix_(self._rows, self._rows)]
         bias = self._inverse_dynamics(positions, velocities)[self._rows] + self._damping * v
         # The acceleration over the step if springs, dampers and the joints' own damping act on its end.
@@ -83,12 +85,12 @@ class EffortDrive:
         return np.clip(self._integral + self._i * error * self._step_s, -self._clamp, self._clamp)
 
     def _inverse_dynamics(self, positions: np.ndarray, velocities: np.ndarray) -> np.ndarray:
-        """Torques [N m] (all joints) of gravity and velocity terms."""
+        """Torques [N m] (all joints, mimics' added to their leaders') of gravity and velocity terms."""
         accelerations = [0.0] * len(positions)
         out = self._client.calculateInverseDynamics(
             self._robot.body, positions.tolist(), velocities.tolist(), accelerations
         )
-        return np.array(out)
+        return self._robot.fold(np.array(out))
 
 
 def make_drive(

@@ -49,7 +49,7 @@ def render_scene(
     with Scene() as scene:
         scene.load_world(world)
         if spec is not None:
-            robot = SimRobot(scene, spec, world.robot.base_pose(spec.base_height_m))
+            robot = SimRobot(scene, spec, spec.base_pose(world.robot))
             robot.set_positions(spec.start_positions() | (joint_positions or {}))
         return png_bytes(picture_of(scene, view or world.camera, *size))
 

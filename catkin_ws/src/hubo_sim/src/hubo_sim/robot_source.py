@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 from hubo_sim.errors import SimError
 from hubo_sim.robot_spec import RobotSpec
 
@@ -14,7 +16,6 @@ def load_robot_spec(name_or_folder: str) -> RobotSpec:
         robot = load_robot(name_or_folder)
     except RobotDescriptionError as err:
         raise SimError(str(err)) from err
-    limits = robot.documents["joint_limits"]
     controllers = {}
     for entry in robot.controllers.get("controller_list", []):
         content = robot.controllers
@@ -27,6 +28,5 @@ def load_robot_spec(name_or_folder: str) -> RobotSpec:
         config=robot.documents["robot"],
         sensors=robot.documents["sensors"],
         controllers=controllers,
-        joint_limits=limits.get("joint_limits", limits),
-        groups={name: group.joints for name, group in robot.groups.items()},
+        joint_limits={name: dataclasses.asdict(limit) for name, limit in robot.joint_limits.items()},
     )

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
+from fv_robot_model import RobotModel, package_file
 from hubo_description import RobotDescriptionError
+from hubo_description.robot import named_poses
 from hubo_description.sensors import Sensor, parse_sensors
 from hubo_sim.errors import SimError
-from hubo_sim.models import parse_xml, root_link
+from hubo_sim.worlds import RobotPlace
+
+_HOVER_M = 0.02  # robots stand so little above the floor that they do not touch it
 
 
 @dataclass(frozen=True)
@@ -21,17 +28,50 @@ class RobotSpec:
     sensors: dict[str, dict[str, Any]] = field(default_factory=dict)  # sensors.yaml
     controllers: dict[str, dict[str, Any]] = field(default_factory=dict)  # full name -> parameters
     joint_limits: dict[str, dict[str, Any]] = field(default_factory=dict)
-    groups: dict[str, tuple[str, ...]] = field(default_factory=dict)  # SRDF groups' joints
+
+    @functools.cached_property
+    def model(self) -> RobotModel:
+        """URDF and SRDF, read. Raises SimError when they are broken or do not fit."""
+        try:
+            return RobotModel.from_xml(self.urdf_xml, self.srdf_xml, package_file)
+        except ValueError as err:
+            raise SimError(f"robot: {' '.join(str(err).split())}") from err
+
+    @property
+    def groups(self) -> dict[str, list[str]]:
+        """The joints of the SRDF's groups."""
+        return {name: self.model.group(name).joint_names for name in self.model.group_names}
 
     @property
     def base_link(self) -> str:
         """Name of the link that is tied to the world; the URDF's root when robot.yaml names none."""
-        return self.config.get("base_link") or root_link(self.urdf_xml)
+        return self.config.get("base_link") or self.model.root_link
 
     @property
     def base_height_m(self) -> float:
         """Height of the base link above the floor on which the robot stands."""
         return float(self.config.get("base_height_m", 0.0))
+
+    def base_pose(self, place: RobotPlace, world_frame: str = "world") -> np.ndarray:
+        """T_world_base (4, 4) in a world that has such a place for a robot.
+
+        A base link that is named as the world's frame is that frame: it stands at the origin. Raises SimError where
+        the place is another one, and for another link of that name.
+        """
+        T = place.base_pose(self.base_height_m)
+        if world_frame not in self.model.link_names:
+            return T
+        if world_frame != self.base_link:
+            raise SimError(
+                f"the robot has a link named {world_frame!r}, as the world's frame is; rename the link"
+            )
+        if not np.allclose(T, np.eye(4), atol=_HOVER_M):
+            raise SimError(
+                f"the robot's base link is named {world_frame!r}, as the world's frame is, but would stand at "
+                f"({', '.join(f'{value:g}' for value in T[:3, 3])}) m, yaw {place.yaw_deg:g} deg; rename the link, or "
+                "set base_height_m: 0 and take a world with its robot at the origin"
+            )
+        return np.eye(4)
 
     def group_state(self, name: str) -> dict[str, float]:
         """Joint positions [rad, m] of a named SRDF pose. Raises SimError listing the names."""
@@ -59,12 +99,7 @@ class RobotSpec:
     def _group_states(self) -> dict[str, dict[str, float]]:
         """Joint positions [rad, m] of every named SRDF pose, over all groups that have one of that name."""
         states: dict[str, dict[str, float]] = {}
-        for state in parse_xml(self.srdf_xml or "<robot/>", "SRDF").iter("group_state"):
-            values = {j.get("name"): float(j.get("value", "0").split()[0]) for j in state.iter("joint")}
-            states.setdefault(state.get("name"), {}).update(values)
+        for poses in named_poses(self.model).values():
+            for name, positions in poses.items():
+                states.setdefault(name, {}).update(positions)
         return states
-
-    def disabled_pairs(self) -> list[tuple[str, str]]:
-        """Link pairs that the SRDF takes out of self-collision."""
-        pairs = parse_xml(self.srdf_xml or "<robot/>", "SRDF").iter("disable_collisions")
-        return [(pair.get("link1"), pair.get("link2")) for pair in pairs]

@@ -8,9 +8,6 @@ from typing import Any
 
 import rospy
 
-from hubo_description import RobotDescriptionError
-from hubo_description.srdf import parse_srdf
-from hubo_description.urdf import parse_urdf
 from hubo_sim.config import SimConfig, from_mapping
 from hubo_sim.errors import SimError
 from hubo_sim.robot_spec import RobotSpec
@@ -47,27 +44,14 @@ def robot_spec(timeout_s: float = 0.0) -> RobotSpec:
         if content is None:
             raise SimError(f"/controller_list names {name}, but /{name} is not set; {_UPLOAD_HINT}")
         controllers[name] = content
-    urdf, srdf = rospy.get_param("/robot_description"), rospy.get_param("/robot_description_semantic", "")
     return RobotSpec(
-        urdf_xml=urdf,
-        srdf_xml=srdf,
+        urdf_xml=rospy.get_param("/robot_description"),
+        srdf_xml=rospy.get_param("/robot_description_semantic", ""),
         config=rospy.get_param("/robot", {}),
         sensors=rospy.get_param("/sensors", {}),
         controllers=controllers,
         joint_limits=_joint_limits(),
-        groups=_groups(urdf, srdf) if srdf else {},
     )
-
-
-def _groups(urdf: str, srdf: str) -> dict[str, tuple[str, ...]]:
-    """The joints of the SRDF's groups. Raises SimError when URDF and SRDF do not fit."""
-    try:
-        groups = parse_srdf(
-            srdf, parse_urdf(urdf, "/robot_description"), "/robot_description_semantic"
-        ).groups
-    except RobotDescriptionError as err:
-        raise SimError(str(err)) from err
-    return {name: group.joints for name, group in groups.items()}
 
 
 def _joint_limits() -> dict[str, Any]:

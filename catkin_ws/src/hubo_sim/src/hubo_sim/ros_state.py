@@ -34,8 +34,10 @@ class StatePublishers:
         return self._last_joints_ns + round(1e9 / self._config.joint_state_rate_hz)
 
     def publish_base_transform(self) -> None:
-        """Tie the robot's base link to the world."""
+        """Tie the robot's base link to the world, unless it is the world's own frame (see Simulator)."""
         base = self._sim.spec.base_link
+        if base == self._config.world_frame:
+            return
         pose = self._sim.robot.link_pose(base)
         msg = transform_msg(pose, self._config.world_frame, base, time_from_ns(self._sim.clock_ns))
         self._tf_pub.publish(TFMessage([msg]))

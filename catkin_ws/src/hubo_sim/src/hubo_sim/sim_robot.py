@@ -8,9 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from hubo_sim.bullet import native_output_hidden, pybullet
+from fv_robot_model import RobotModel
+from hubo_description.bullet_urdf import urdf_for_bullet
+from hubo_sim.bullet import BulletClient, native_output_hidden, pybullet
 from hubo_sim.errors import SimError
-from hubo_sim.models import urdf_for_bullet
 from hubo_sim.robot_spec import RobotSpec
 from hubo_sim.scene import Scene, place_root, root_pose
 from hubo_sim.transforms import quaternion_of, transform
@@ -19,6 +20,8 @@ from hubo_sim.transforms import quaternion_of, transform
 # and do not ring (bench/sim.py, case tracking).
 POSITION_GAIN = 0.3
 VELOCITY_GAIN = 1.0
+_GEAR_ERP = 0.8  # share of a mimic joint's error that a step takes away
+_GEAR_FORCE = 1e4  # [N m, N] a linkage gives way to nothing
 _DEFAULT_FORCE = 100.0  # [N m] where the URDF states no effort
 
 
@@ -44,8 +47,9 @@ class SimRobot:
     ) -> None:
         self.spec = spec
         self._client = scene.client
-        urdf = urdf_for_bullet(spec.urdf_xml)
-        self.body = _load(scene, urdf, T_world_base, self_collision)
+        with tempfile.TemporaryDirectory() as folder:
+            urdf = _bullet_text(spec, Path(folder))
+            self.body = _load(scene, urdf, Path(folder) / "robot.urdf", T_world_base, self_collision)
         scene.note_textures(self.body, urdf)
         infos = [self._client.getJointInfo(self.body, i) for i in range(self._client.getNumJoints(self.body))]
         base_name = self._client.getBodyInfo(self.body)[0].decode()
@@ -57,8 +61,11 @@ class SimRobot:
         self._lookup = {name: i for i, name in enumerate(self.joint_names)}
         if spec.base_link != base_name:
             raise SimError(f"base_link {spec.base_link!r} is not the URDF's root, which is {base_name!r}")
-        for pair in spec.disabled_pairs() if self_collision else ():
+        for pair in spec.model.disabled_pairs if self_collision else ():
             self._disable(*pair)
+        self._require_shapes()
+        self._mimics = _Mimics(spec.model, self._lookup)
+        self._mimics.couple(self._client, self.body, self.indices)
         self._target = np.zeros(len(self.joints))
         self._target_velocity = np.zeros(len(self.joints))
         self._effort = np.zeros(len(self.joints))
@@ -66,6 +73,18 @@ class SimRobot:
         self._effort_mode = np.zeros(len(self.joints), bool)
         self._stale = np.ones(len(self.joints), bool)  # position commands that the engine has not got yet
         self.set_positions(dict.fromkeys(self.joint_names, 0.0))
+
+    def fold(self, values: np.ndarray) -> np.ndarray:
+        """Forces (J,) or inertias (J, J) of all joints with those of mimics added to their leaders'."""
+        return self._mimics.fold(values)
+
+    def _require_shapes(self) -> None:
+        """Check that Bullet made every collision shape. Raises SimError naming the link."""
+        for link, index in self.link_index.items():
+            wanted = len(self.spec.model.shapes(link))
+            made = len(self._client.getCollisionShapeData(self.body, index)) if wanted else 0
+            if made < wanted:
+                raise SimError(f"link {link!r}: Bullet made {made} of its {wanted} collision shapes")
 
     def joint_rows(self, names: list[str]) -> np.ndarray:
         """Row numbers of joints by name. Raises SimError listing the valid names."""
@@ -85,9 +104,12 @@ class SimRobot:
         return positions, velocities, np.where(self._effort_mode, self._effort, motors)
 
     def set_positions(self, positions: dict[str, float]) -> None:
-        """Put joints [rad] at rest at once, clamped to nothing; every joint holds where it is then."""
-        for row, value in zip(self.joint_rows(list(positions)), positions.values(), strict=True):
-            self._client.resetJointState(self.body, self.indices[row], float(value), 0.0)
+        """Put joints [rad] at rest at once, clamped to nothing; every joint holds where it is then, mimics follow."""
+        values = self.state()[0]
+        values[self.joint_rows(list(positions))] = list(positions.values())
+        self._mimics.follow(values)
+        for row in {*self.joint_rows(list(positions)), *self._mimics.rows}:
+            self._client.resetJointState(self.body, self.indices[row], float(values[row]), 0.0)
         self._target = self.state()[0]
         self._target_velocity[:] = 0.0
         self._stale[:] = True
@@ -97,7 +119,7 @@ class SimRobot:
 
         Bullet applies joint damping explicitly, which diverges where damping * step > 2 * inertia (a wrist).
         """
-        rows = self.joint_rows(names)
+        rows = np.setdiff1d(self.joint_rows(names), self._mimics.rows)  # gears drive those
         self._effort_mode[rows] = True
         for row in rows:  # Bullet's joints have a motor of their own that must be let go
             self._client.setJointMotorControl2(
@@ -119,6 +141,7 @@ class SimRobot:
 
     def apply(self) -> None:
         """Hand the commands to the engine; call before every physics step."""
+        self._stale[self._mimics.rows] = False  # gears drive them
         stale = np.flatnonzero(self._stale & ~self._effort_mode)
         if stale.size:
             self._client.setJointMotorControlArray(
@@ -217,29 +240,75 @@ class SimRobot:
             self._client.setCollisionFilterPair(self.body, self.body, pair[0], pair[1], 0)
 
 
-def _load(scene: Scene, urdf: str, T_world_base: np.ndarray, self_collision: bool) -> int:
+class _Mimics:
+    """The mimic joints among a robot's joints: gears, that the engine solves together with all else."""
+
+    def __init__(self, model: RobotModel, lookup: dict[str, int]) -> None:
+        self._mimics = [joint for joint in model.joints if joint.leader]
+        self.rows = np.array([lookup[joint.name] for joint in self._mimics], int)
+        self.leaders = np.array([lookup[joint.leader] for joint in self._mimics], int)
+        self._multipliers = np.array([joint.multiplier for joint in self._mimics], float)
+        self._offsets = np.array([joint.offset for joint in self._mimics], float)
+        self._rates = np.eye(len(lookup))  # of all joints by those that move by themselves
+        self._rates[self.rows, self.rows] = 0.0
+        self._rates[self.rows, self.leaders] = self._multipliers
+
+    def follow(self, positions: np.ndarray) -> None:
+        """Set the mimics' positions to what their leaders' ask for, in place; all joints' (J,)."""
+        positions[self.rows] = self._multipliers * positions[self.leaders] + self._offsets
+
+    def fold(self, values: np.ndarray) -> np.ndarray:
+        """Forces (J,) or inertias (J, J) of all joints as those feel them that move by themselves."""
+        if not self.rows.size:
+            return values
+        folded = self._rates.T @ values
+        return folded @ self._rates if values.ndim == 2 else folded
+
+    def couple(self, client: BulletClient, body: int, indices: list[int]) -> None:
+        """Tie every mimic to its leader by a gear, and let go of the motors that Bullet gives to joints."""
+        no_axis = [0.0, 0.0, 0.0]
+        for row, leader, joint in zip(self.rows, self.leaders, self._mimics, strict=True):
+            ends = body, indices[row], body, indices[leader]
+            client.setJointMotorControl2(*ends[:2], pybullet.VELOCITY_CONTROL, targetVelocity=0.0, force=0.0)
+            gear = client.createConstraint(*ends, pybullet.JOINT_GEAR, no_axis, no_axis, no_axis)
+            client.changeConstraint(
+                gear,
+                gearRatio=-joint.multiplier,
+                relativePositionTarget=joint.offset,
+                erp=_GEAR_ERP,
+                maxForce=_GEAR_FORCE,
+            )
+
+
+def _bullet_text(spec: RobotSpec, folder: Path) -> str:
+    try:
+        return urdf_for_bullet(spec.urdf_xml, spec.model, folder)
+    except ValueError as err:
+        raise SimError(f"robot: {err}") from err
+
+
+def _load(scene: Scene, urdf: str, path: Path, T_world_base: np.ndarray, self_collision: bool) -> int:
     flags = pybullet.URDF_USE_INERTIA_FROM_FILE | pybullet.URDF_USE_MATERIAL_COLORS_FROM_MTL
     if self_collision:
         flags |= pybullet.URDF_USE_SELF_COLLISION | pybullet.URDF_USE_SELF_COLLISION_EXCLUDE_PARENT
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "robot.urdf"
-        path.write_text(urdf)
-        try:
-            with native_output_hidden():
-                return scene.client.loadURDF(
-                    str(path),
-                    T_world_base[:3, 3],
-                    quaternion_of(T_world_base),
-                    useFixedBase=True,
-                    flags=flags,
-                )
-        except pybullet.error as err:
-            raise SimError(f"broken URDF: Bullet cannot load it ({err})") from err
+    path.write_text(urdf, encoding="utf-8")
+    try:
+        with native_output_hidden():
+            return scene.client.loadURDF(
+                str(path), T_world_base[:3, 3], quaternion_of(T_world_base), useFixedBase=True, flags=flags
+            )
+    except pybullet.error as err:
+        raise SimError(f"broken URDF: Bullet cannot load it ({err})") from err
 
 
 def _joint(info: tuple, spec: RobotSpec) -> JointInfo:
     name = info[1].decode()
     lower, upper, effort, velocity = info[8], info[9], info[10], info[11]
+    if name in spec.model.joint_names:
+        own = spec.model.limits[
+            spec.model.joint_index(name)
+        ]  # narrowed by mimics, which Bullet does not know
+        lower, upper = (own.lower, own.upper) if own.bounded else (0.0, -1.0)
     continuous = not lower < upper
     limit = spec.joint_limits.get(name) or {}
     if limit.get("has_velocity_limits"):

@@ -45,12 +45,16 @@ class Simulator:
             self.scene.close()
             raise SimError("renderer egl does not load here; use auto or tiny")
         self.scene.load_world(world)
-        self_collision = config.self_collision and bool(spec.disabled_pairs())
+        if spec.model.bare_links:
+            _log.warning(
+                "links without <collision>, they touch nothing: %s", ", ".join(spec.model.bare_links)
+            )
+        self_collision = config.self_collision and bool(spec.model.disabled_pairs)
         if config.self_collision and not self_collision:
             _log.warning(
                 "the SRDF disables no link pairs: no self-collision, neighbours would push each other"
             )
-        base_pose = world.robot.base_pose(spec.base_height_m)
+        base_pose = spec.base_pose(world.robot, config.world_frame)
         self.robot = SimRobot(self.scene, spec, base_pose, self_collision=self_collision)
         self._start = spec.start_positions(config.start_pose)
         self.robot.set_positions(self._start)
@@ -134,7 +138,7 @@ class Simulator:
             self.scene.remove_object(name)
         self.scene.load_world(self.world)
         self._body_names.clear()
-        self.robot.move_base(self.world.robot.base_pose(self.spec.base_height_m))
+        self.robot.move_base(self.spec.base_pose(self.world.robot, self.config.world_frame))
         self.robot.set_positions(dict.fromkeys(self.robot.joint_names, 0.0) | self._start)
         positions = self.robot.state()[0]
         for name, controller in self.controllers.items():

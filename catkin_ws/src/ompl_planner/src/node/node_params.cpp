@@ -110,6 +110,9 @@ NodeParams readNodeParams(const ros::NodeHandle& global, const ros::NodeHandle& 
   params.model = std::make_shared<fv_robot_model::RobotModel>(
       fv_robot_model::RobotModel::fromXml(requiredText(global, "robot_description"),
                                           requiredText(global, "robot_description_semantic"), resolver));
+  for (const std::string& link : params.model->bareLinks()) {
+    ROS_WARN("link '%s' has no <collision>: no plan keeps it clear of anything", link.c_str());
+  }
   params.rates = readRates(global);
   params.controllers = readControllers(global);
   XmlRpcValue own;

@@ -10,8 +10,8 @@
 namespace fv_robot_model::ik {
 
 /// The group's joints as a SerialChain from its base link to its tip link, with the URDF's limits (continuous
-/// joints: -pi to pi). Joint order as in Group::joint_indices.
-/// @throws ModelError when the group is no chain, branches, has no moving joint, or holds a mimic joint;
+/// joints: -pi to pi). Joint order as in Group::joint_indices. With mimic joints in it the chain isCoupled().
+/// @throws ModelError when the group is no chain; std::invalid_argument when it has no moving joint;
 ///         UnknownNameError for an unknown group.
 SerialChain chainOfGroup(const RobotModel& model, const std::string& group);
 

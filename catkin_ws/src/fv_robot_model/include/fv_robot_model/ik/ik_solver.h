@@ -96,7 +96,7 @@ class IkSolver {
 /// - 7R shoulder-elbow-wrist: closed form over the arm angle with exact feasible intervals;
 /// - 7R (or 8R) that becomes such a 6R when one (or two) joints are held: sweep over those joints;
 /// - 5R with three parallel middle axes (youBot): closed form;
-/// - everything else, with prismatic joints too: KDL.
+/// - everything else, with prismatic joints too: KDL; with mimic joints in it: a damped descent alone.
 std::unique_ptr<IkSolver> makeIkSolver(const SerialChain& chain, const IkOptions& options = {});
 
 /// The joint of a 7R chain that, when held, leaves a 6R with a closed form; -1 when there is none.

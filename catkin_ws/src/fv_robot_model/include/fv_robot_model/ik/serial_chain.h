@@ -16,6 +16,14 @@ struct ChainJoint {
   bool prismatic{false};
 };
 
+/// An axis of a chain whose joints have mimics: it moves by multiplier times the value of one of the joints.
+/// A mimic's offset is part of the chain's zero configuration.
+struct CoupledAxis {
+  ChainJoint axis;  ///< Its limits are not used: those of the joint cover them.
+  int joint{0};     ///< Place of the joint that moves it.
+  double multiplier{1.0};
+};
+
 /// A serial chain from a base frame to a tip frame: T_base_tip(q) = e^{S1 q1} ... e^{Sn qn} T_base_tip(0).
 class SerialChain {
  public:
@@ -23,6 +31,17 @@ class SerialChain {
   ///         or a joint has lower > upper; the message names the joint.
   SerialChain(std::vector<ChainJoint> joints, const Eigen::Isometry3d& T_base_tip_zero,
               std::string base_frame = "base", std::string tip_frame = "tip");
+
+  /// A chain with mimic joints. @param axes All of its axes, base first: those of the joints themselves and
+  /// those of their mimics.
+  SerialChain(std::vector<ChainJoint> joints, std::vector<CoupledAxis> axes,
+              const Eigen::Isometry3d& T_base_tip_zero, std::string base_frame = "base",
+              std::string tip_frame = "tip");
+
+  /// True when a joint moves more than its own axis: then there are no closed forms.
+  bool isCoupled() const { return !coupled_axes_.empty(); }
+  /// Every axis, base first; of an ordinary chain one a joint.
+  std::vector<CoupledAxis> axes() const;
 
   int dof() const { return static_cast<int>(joints_.size()); }
   const std::vector<ChainJoint>& joints() const { return joints_; }
@@ -41,6 +60,7 @@ class SerialChain {
   double manipulability(const double* q) const;
 
   /// The same chain with joint i held at value: joint i is gone, what follows it has moved along.
+  /// @throws std::invalid_argument for a chain with mimic joints.
   SerialChain withFixedJoint(int i, double value) const;
 
   /// The same chain with other limits of joint i.
@@ -50,7 +70,10 @@ class SerialChain {
   bool withinLimits(const double* q, double tolerance) const;
 
  private:
+  Eigen::Matrix<double, 6, Eigen::Dynamic> coupledJacobian(const double* q) const;
+
   std::vector<ChainJoint> joints_;
+  std::vector<CoupledAxis> coupled_axes_;  ///< Empty for an ordinary chain.
   Eigen::Isometry3d T_base_tip_zero_;
   std::string base_frame_;
   std::string tip_frame_;

@@ -187,7 +187,10 @@ class _Sampler:
         scene.load_world(world)
         self._scene = scene
         self._robot = SimRobot(
-            scene, spec, world.robot.base_pose(spec.base_height_m), self_collision=bool(spec.disabled_pairs())
+            scene,
+            spec,
+            spec.base_pose(world.robot),
+            self_collision=bool(spec.model.disabled_pairs),
         )
         self._robot.set_positions(spec.start_positions())
         self._robot.forgive_touching_links()
@@ -208,11 +211,10 @@ class _Sampler:
         """Draw a configuration; whether it is free of collision."""
         drawn = self._draw()
         self._drawn = drawn
-        client, body = self._scene.client, self._robot.body
-        for joint, value in zip(self._joints, drawn, strict=True):
-            client.resetJointState(body, joint.index, value)
+        self._robot.set_positions(dict(zip((joint.name for joint in self._joints), drawn, strict=True)))
+        client = self._scene.client
         client.performCollisionDetection()
-        return all(point[8] > 0.0 for point in client.getContactPoints(bodyA=body))
+        return all(point[8] > 0.0 for point in client.getContactPoints(bodyA=self._robot.body))
 
     def _draw(self) -> np.ndarray:
         """A configuration (J,): spread evenly, or every other time about one that found much of late."""
