@@ -120,9 +120,10 @@ void bindOptions(py::module_& m) {
                      "One redundant joint: so often its step is quartered where nothing was found.")
       .def_readwrite("direction_tolerance_rad", &IkOptions::direction_tolerance_rad,
                      "Arms with fewer than 6 joints: how far the tip's z may miss [rad].")
-      .def_readwrite("numerical_starts", &IkOptions::numerical_starts, "KDL: starts per pose.")
-      .def_readwrite("numerical_iterations", &IkOptions::numerical_iterations, "KDL: iterations per start.")
-      .def_readwrite("numerical_seed", &IkOptions::numerical_seed, "KDL: seed of the starts.");
+      .def_readwrite("numerical_starts", &IkOptions::numerical_starts, "Numerical: starts per pose.")
+      .def_readwrite("numerical_iterations", &IkOptions::numerical_iterations,
+                     "Numerical: iterations per start.")
+      .def_readwrite("numerical_seed", &IkOptions::numerical_seed, "Numerical: which starts.");
 }
 
 py::tuple solveMany(const IkSolver& solver, const Array& poses, const Eigen::MatrixXd& seeds) {

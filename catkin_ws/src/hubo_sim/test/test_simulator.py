@@ -311,3 +311,10 @@ def test_bad_controllers_are_named(change, word):
         return
     with pytest.raises(SimError, match=word):
         Simulator(spec, load_world("empty"), SimConfig(renderer="tiny"))
+
+
+def test_a_joint_belongs_to_one_controller():
+    content = {"type": "position_controllers/JointTrajectoryController", "joints": ["j"]}
+    spec = RobotSpec(OFFSET, controllers={"first": content, "second": content})
+    with pytest.raises(SimError, match="controller second: joint j belongs to controller first"):
+        Simulator(spec, load_world("empty"), SimConfig(renderer="tiny"))

@@ -88,6 +88,27 @@ def test_stop_comes_to_rest_in_its_time_without_turning_back():
     assert spline.sample(10.5).velocity[0] == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("seed", range(5))
+def test_stop_is_what_even_deceleration_gives_step_by_step(seed):
+    random = np.random.default_rng(seed)
+    count, duration = 4, random.uniform(0.1, 2.0)
+    velocity = random.uniform(-3.0, 3.0, count) * [1.0, 1.0, 1.0, 0.0]
+    start = JointSample(random.uniform(-1.0, 1.0, count), velocity, np.zeros(count))
+    limits = start.position - random.uniform(0, 1, count), start.position + random.uniform(0, 1, count)
+    spline = Spline.stop(5.0, start, duration, limits)
+    room = np.where(start.velocity > 0, limits[1] - start.position, start.position - limits[0])
+    slowing = np.maximum(np.abs(start.velocity) / duration, start.velocity**2 / (2.0 * room))
+    position, velocity, step = start.position.copy(), start.velocity.copy(), 1e-4
+    for k in range(round(2.2 / step)):
+        if k % 500 == 0:
+            assert spline.sample(5.0 + k * step).position == pytest.approx(position, abs=2e-3)
+        velocity = np.sign(velocity) * np.maximum(np.abs(velocity) - slowing * step, 0.0)
+        position = position + velocity * step
+    assert np.all(spline.sample(9.0).velocity == 0.0)
+    assert np.all(spline.sample(9.0).position >= limits[0] - 1e-12)
+    assert np.all(spline.sample(9.0).position <= limits[1] + 1e-12)
+
+
 def test_followed_by_keeps_the_old_one_until_the_new_one_starts():
     joined = through([2.0], [2.0]).followed_by(
         Spline.through(1.0, sample_of((1.0, 1.0, 0.0)), np.array([3.0]), {"position": np.array([[5.0]])})

@@ -4,66 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from plant import STEP_S, Plant, goal, joint, refusal
 
-from hubo_sim.sim_robot import JointInfo
-from hubo_sim.trajectory_controller import ControllerConfig, TrajectoryController
-from hubo_sim.trajectory_goal import Code, Refusal, Tolerance, TrajectoryGoal
-
-STEP_S = 1.0 / 240.0
-
-
-def joint(name, lower=-2.0, upper=2.0, velocity=10.0, continuous=False):
-    return JointInfo(name, 0, lower, upper, velocity, 50.0, 0.0, continuous)
-
-
-class Plant:
-    """A controller and joints that do what they are told, but for a disturbance."""
-
-    def __init__(self, joints=None, position=(0.0, 0.0), **config):
-        joints = joints or [joint("a"), joint("b")]
-        entries = {
-            "type": "position_controllers/JointTrajectoryController",
-            "joints": [j.name for j in joints],
-        }
-        self.controller = TrajectoryController(
-            ControllerConfig(**(entries | config)), joints, np.array(position)
-        )
-        self.position, self.velocity = np.array(position), np.zeros(len(joints))
-        self.now, self.disturbance = 0.0, np.zeros(len(joints))
-        self.outcomes, self.log = [], []
-
-    def start(self, goal, handle="goal"):
-        self.controller.check(goal, self.now)
-        self.controller.start(goal, self.now, handle)
-
-    def run(self, seconds):
-        for _ in range(round(seconds / STEP_S)):
-            measured = self.position + self.disturbance
-            point = self.controller.update(self.now, STEP_S, measured, self.velocity)
-            self.position, self.velocity = point.position, point.velocity
-            self.now += STEP_S
-            self.outcomes += self.controller.ended()
-            self.log.append((self.now, self.position, self.velocity))
-        return self
-
-    @property
-    def codes(self):
-        return [(o.handle, o.status, o.code) for o in self.outcomes]
-
-
-def goal(times=(1.0,), positions=((1.0, -1.0),), velocities=None, names=("a", "b"), **more):
-    rows = velocities if velocities is not None else [[]] * len(times)
-    return TrajectoryGoal(
-        list(names), list(times), [list(p) for p in positions], rows, [[]] * len(times), **more
-    )
-
-
-def refusal(wanted, plant=None, now=0.0):
-    plant = plant or Plant()
-    plant.now = now
-    with pytest.raises(Refusal) as err:
-        plant.start(wanted)
-    return err.value
+from hubo_sim.trajectory_controller import ControllerConfig
+from hubo_sim.trajectory_goal import Code, Tolerance, TrajectoryGoal
 
 
 def test_reaches_the_goal_and_says_so():
@@ -85,8 +29,17 @@ def test_wrong_or_missing_joints_are_rejected(names):
     assert refusal(goal(positions=([0.0] * len(names),), names=names)).code == Code.INVALID_JOINTS
 
 
-def test_joint_named_twice_is_rejected():
-    assert refusal(goal(names=("a", "a"))).code == Code.INVALID_JOINTS
+@pytest.mark.parametrize("names", [("a", "a"), ("a", "b", "a"), ("b", "a", "a")])
+@pytest.mark.parametrize("partial", [False, True])
+def test_joint_named_twice_is_rejected_by_name(names, partial):
+    plant = Plant(allow_partial_joints_goal=partial)
+    refused = refusal(goal(positions=([0.0, 0.1, 0.2][: len(names)],), names=names), plant)
+    assert refused.code == Code.INVALID_JOINTS and "joint a more than once" in str(refused)
+
+
+def test_tolerance_of_a_joint_that_is_not_the_controllers_is_rejected():
+    refused = refusal(goal(path_tolerance={"c": Tolerance(0.1)}))
+    assert refused.code == Code.INVALID_JOINTS and "'c'" in str(refused) and "a, b" in str(refused)
 
 
 @pytest.mark.parametrize("times", [(1.0, 1.0), (2.0, 1.0), (-1.0, 1.0), (math.nan, 1.0)])
@@ -281,7 +234,7 @@ def test_goal_time_of_the_goal_wins():
 
 
 def test_set_points_never_exceed_velocity_limits():
-    plant = Plant([joint("a", velocity=0.5), joint("b")])
+    plant = Plant([joint("a", velocity=0.5), joint("b")], constraints={"goal_time": 3.0})
     plant.start(goal((0.5,), ((1.0, 1.0),)))
     plant.run(3.0)
     steps = np.diff(np.array([p for _, p, _ in plant.log])[:, 0])
@@ -317,6 +270,41 @@ def test_continuous_joint_takes_the_short_way_round():
     assert plant.codes == [("goal", "succeeded", Code.SUCCESSFUL)]
 
 
+@pytest.mark.parametrize("turns", [-3, -1, 1, 4])
+def test_continuous_joint_several_turns_off_stays_on_its_turn_and_reaches_the_goal(turns):
+    turning = joint("a", -math.inf, math.inf, continuous=True)
+    at = 2 * math.pi * turns + 0.3
+    plant = Plant(
+        [turning, joint("b")], position=(at, 0.0), constraints={"a": {"trajectory": 0.1, "goal": 0.01}}
+    )
+    plant.start(goal((1.0, 2.0), ((0.1, 0.0), (0.0, 0.0)), [[0.0, 0.0]] * 2))
+    plant.run(2.2)
+    assert plant.position[0] == pytest.approx(at - 0.3)
+    assert plant.codes == [("goal", "succeeded", Code.SUCCESSFUL)]
+
+
+def test_continuous_joint_that_joins_a_long_turn_late_does_not_go_back():
+    turning = joint("a", -math.inf, math.inf, continuous=True)
+    plant = Plant([turning, joint("b")], position=(6.0, 0.0))
+    plant.now = 3.0
+    plant.start(goal((1.0, 2.9, 3.5), ((0.0, 0.0), (6.0, 0.0), (7.0, 0.0)), stamp_s=0.05))
+    plant.run(0.8)
+    assert plant.position[0] == pytest.approx(7.0)
+    assert min(p[0] for _, p, _ in plant.log) > 5.9
+
+
+def test_positions_alone_slow_a_moving_joint_down_first():
+    plant = Plant()
+    plant.start(goal((1.0,), ((1.5, 0.0),), [[0.0, 0.0]]), "first")
+    plant.run(0.5)
+    plant.start(goal((1.0,), ((0.5, 0.0),)), "second")
+    plant.run(1.2)
+    assert plant.codes[-1] == ("second", "succeeded", Code.SUCCESSFUL)
+    speeds = np.array([v for _, _, v in plant.log])[:, 0]
+    slowing = np.diff(speeds)[120:]
+    assert slowing[speeds[120:-1] > 0.01].min() >= -5.0 * STEP_S - 1e-6  # joints without a limit: 5 rad/s^2
+
+
 def test_reset_aborts_the_active_goal_and_holds_there():
     plant = Plant()
     plant.start(goal())
@@ -331,6 +319,16 @@ def test_reset_aborts_the_active_goal_and_holds_there():
 def test_unknown_controller_type_and_constraint_are_named():
     with pytest.raises(ValueError, match="velocity_controllers"):
         ControllerConfig("velocity_controllers/JointTrajectoryController", ["a"])
+    with pytest.raises(ValueError, match="a is there more than once"):
+        ControllerConfig("position_controllers/JointTrajectoryController", ["a", "b", "a"])
+    for constraints, words in (
+        ({"a": 0.1}, "constraints: a"),
+        ({"a": {"trajectory": "wide"}}, "trajectory"),
+        ({"a": {"gaol": 0.1}}, "gaol"),
+        ({"goal_time": [1.0]}, "goal_time"),
+    ):
+        with pytest.raises(ValueError, match=words):
+            ControllerConfig("position_controllers/JointTrajectoryController", ["a"], constraints=constraints)
     with pytest.raises(ValueError, match="goal_tiem"):
         ControllerConfig(
             "position_controllers/JointTrajectoryController", ["a"], constraints={"goal_tiem": 1.0}

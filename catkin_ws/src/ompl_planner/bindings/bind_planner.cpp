@@ -120,6 +120,7 @@ void bindRequest(py::module_& m) {
       .def_readwrite("goal_type", &PlanRequest::goal_type)
       .def_readwrite("goal_joints", &PlanRequest::goal_joints)
       .def_readwrite("goal_name", &PlanRequest::goal_name)
+      .def_readwrite("exact_turns", &PlanRequest::exact_turns)
       .def_readwrite("tip_link", &PlanRequest::tip_link)
       .def_readwrite("goal_scores", &PlanRequest::goal_scores)
       .def_readwrite("position_tolerance_m", &PlanRequest::position_tolerance_m)

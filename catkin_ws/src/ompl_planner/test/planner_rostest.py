@@ -223,6 +223,35 @@ class PlannerTest(PlannerCase):
             self.robot.publishing = True
             time.sleep(0.1)
 
+    def test_joint_states_that_say_nothing_certain_are_named(self) -> None:
+        publisher = rospy.Publisher("/joint_states", JointState, queue_size=5)
+        wait_for(lambda: publisher.get_num_connections() > 0, "the node")
+        cases = [
+            ({"name": ["REP", "RWP"], "position": [math.nan, math.inf]}, ("'REP'", "'RWP'", "is not finite")),
+            (
+                {"name": ["REP", "WST", "REP"], "position": [0.1, 0.0, 0.2]},
+                ("'REP' is named more than once",),
+            ),
+            ({"name": ["REP", "WST"], "position": [0.1]}, ("'REP'", "'WST'", "2 names and 1 positions")),
+        ]
+        for fields, words in cases:
+            self.robot.publishing = False
+            try:
+                time.sleep(0.1)
+                publisher.publish(JointState(**fields))
+                time.sleep(0.2)
+                self.assert_status(
+                    self.plan(goal_name="home"), Status.NO_JOINT_STATES, "/joint_states", *words
+                )
+            finally:
+                self.robot.publishing = True
+            self.robot.place(self.ready)
+        # Velocities alone, joints of others, and no velocities at all do no harm.
+        publisher.publish(JointState(name=["REP", "RWP"], velocity=[0.1, 0.2]))
+        publisher.publish(JointState(name=["gripper"], position=[math.nan]))
+        time.sleep(0.1)
+        self.assert_status(self.plan(goal_name="home"), Status.SUCCESS)
+
 
 if __name__ == "__main__":
     rospy.init_node("planner_rostest")

@@ -233,6 +233,7 @@ def test_cancelled_is_said(planner):
         ("goal_joints", [("shoulder", 9.0)], "shoulder"),
         ("goal_joints", [("wrist", 0.0)], "elbow"),
         ("goal_joints", [("elbow", float("inf"))], "elbow"),
+        ("goal_joints", [("elbow", 0.1), ("shoulder", 0.2), ("elbow", 0.3)], "'elbow' more than once"),
     ],
 )
 def test_bad_requests_are_refused_with_a_reason(planner, field, value, words):

@@ -130,11 +130,15 @@ IkBatch IkSolver::solve(const std::vector<Eigen::Isometry3d>& poses, const Eigen
 }
 
 std::unique_ptr<IkSolver> makeIkSolver(const SerialChain& chain, const IkOptions& options) {
-  if (chain.isCoupled()) return makeNumericalIkSolver(chain, options);
-  for (const auto make : {makeSpherical6R, makeShoulderElbowWrist7R, makeParallel5R, makeJointSweep}) {
-    if (auto solver = make(chain, options)) return solver;
+  if (!chain.isCoupled()) {  // no closed form knows mimic joints
+    for (const auto make : {makeSpherical6R, makeShoulderElbowWrist7R, makeParallel5R, makeJointSweep}) {
+      if (auto solver = make(chain, options)) return solver;
+    }
   }
-  return makeNumericalIkSolver(chain, options);
+  // To reach a pose exactly is KDL's task; to reach it within tolerances, and by few joints, is not.
+  constexpr double kExact = 1e-5;  // m and rad
+  const bool loose = std::max(options.position_tolerance_m, options.angle_tolerance_rad) > kExact;
+  return chain.dof() < 6 || loose ? makeTolerant(chain, options) : makeNumericalIkSolver(chain, options);
 }
 
 }  // namespace fv_robot_model::ik

@@ -112,6 +112,7 @@ class Numerical : public IkSolver {
   }
 
   bool exact() const override { return false; }
+  bool numerical() const override { return true; }
   std::string family() const override { return "kdl"; }
   std::string name() const override {
     std::ostringstream text;

@@ -19,6 +19,9 @@ std::unique_ptr<IkSolver> makeParallel5R(const SerialChain& chain, const IkOptio
 /// 7R and 8R that become a 6R with closed form when one or two joints are held.
 std::unique_ptr<IkSolver> makeJointSweep(const SerialChain& chain, const IkOptions& options);
 
+/// Any chain: the least miss of a pose within the options' tolerances.
+std::unique_ptr<IkSolver> makeTolerant(const SerialChain& chain, const IkOptions& options);
+
 /// The point in which three lines meet, if they do to 1e-6 m.
 bool commonPoint(const ChainJoint& a, const ChainJoint& b, const ChainJoint& c, Eigen::Vector3d& point);
 

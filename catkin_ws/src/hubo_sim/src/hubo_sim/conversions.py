@@ -14,7 +14,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 from hubo_sim.render import Pinhole
 from hubo_sim.simulator import ContactLog
 from hubo_sim.spline import JointSample
-from hubo_sim.trajectory_goal import Tolerance, TrajectoryGoal
+from hubo_sim.trajectory_goal import Code, Refusal, Tolerance, TrajectoryGoal, named_twice
 from hubo_sim.transforms import quaternion_of, transform
 
 _FAR_M = 1e6  # beyond, coordinates lose the digits that physics needs
@@ -169,19 +169,22 @@ def goal_from_trajectory(msg: JointTrajectory) -> TrajectoryGoal:
 
 
 def goal_from_action(msg: FollowJointTrajectoryGoal) -> TrajectoryGoal:
-    """An action goal with its tolerances as plain data."""
+    """An action goal with its tolerances as plain data. Raises Refusal when these name a joint twice."""
     plain = goal_from_trajectory(msg.trajectory)
     return TrajectoryGoal(
         **{
             **vars(plain),
-            "path_tolerance": _tolerances(msg.path_tolerance),
-            "goal_tolerance": _tolerances(msg.goal_tolerance),
+            "path_tolerance": _tolerances(msg.path_tolerance, "path_tolerance"),
+            "goal_tolerance": _tolerances(msg.goal_tolerance, "goal_tolerance"),
             "goal_time_tolerance_s": msg.goal_time_tolerance.to_sec(),
         }
     )
 
 
-def _tolerances(msgs: list[JointTolerance]) -> dict[str, Tolerance]:
+def _tolerances(msgs: list[JointTolerance], kind: str) -> dict[str, Tolerance]:
+    twice = named_twice([msg.name for msg in msgs])
+    if twice:
+        raise Refusal(Code.INVALID_JOINTS, f"{kind} names joint {', '.join(twice)} more than once")
     return {msg.name: Tolerance(msg.position, msg.velocity, msg.acceleration) for msg in msgs}
 
 

@@ -153,6 +153,10 @@ class Simulator:
     def _add_controller(self, name: str, content: dict) -> None:
         config: ControllerConfig = from_mapping(ControllerConfig, content, f"controller {name}")
         rows = self.robot.joint_rows(config.joints)
+        for other, taken in self.controllers.items():
+            shared = [joint for joint in config.joints if joint in taken.names]
+            if shared:
+                raise SimError(f"controller {name}: joint {', '.join(shared)} belongs to controller {other}")
         joints = [self.robot.joints[row] for row in rows]
         limits = [self.spec.joint_limits.get(joint.name) or {} for joint in joints]
         deceleration = np.array([float(limit.get("max_acceleration") or 5.0) for limit in limits])

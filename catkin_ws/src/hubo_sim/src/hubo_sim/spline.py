@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+_FAR = 1e9  # stands for no limit [rad or m]
+
 
 @dataclass(frozen=True)
 class JointSample:
@@ -107,13 +109,22 @@ class Spline:
         duration_s: float,
         limits: tuple[np.ndarray, np.ndarray] = (-np.inf, np.inf),
     ) -> Spline:
-        """Come to rest from `start` within duration_s, where even deceleration ends, but within limits, (J,) each."""
-        if duration_s <= 0.0:
-            return cls.hold(at_s, np.clip(start.position, *limits))
-        rest = np.zeros_like(start.position)
-        there = np.clip(start.position + start.velocity * duration_s / 2.0, *limits)
-        end = {"position": there[None], "velocity": rest[None]}
-        return cls.through(at_s, start, np.array([at_s + duration_s]), end)
+        """Come to rest from `start` by even deceleration over duration_s, sooner where limits (J,) are nearer."""
+        position, velocity = np.clip(start.position, *limits), start.velocity
+        room = np.clip(np.where(velocity > 0.0, limits[1], limits[0]) - position, -_FAR, _FAR)
+        speed = np.where(velocity == 0.0, 1.0, velocity)
+        ends = np.minimum(duration_s, np.where(velocity == 0.0, 0.0, 2.0 * room / speed))
+        if ends.max(initial=0.0) <= 0.0:
+            return cls.hold(at_s, position)
+        slowing = -velocity / np.where(ends > 0.0, ends, np.inf)
+        borders = np.unique(np.append(ends[ends > 0.0], 0.0))
+        coefficients = np.zeros((len(borders) - 1, 6, len(position)))
+        for row, t in zip(coefficients, borders[:-1], strict=True):
+            left = np.minimum(t, ends)
+            row[0] = position + velocity * left + 0.5 * slowing * left**2
+            row[1] = np.where(ends > t, velocity + slowing * t, 0.0)
+            row[2] = np.where(ends > t, 0.5 * slowing, 0.0)
+        return cls(at_s + borders, coefficients)
 
     @property
     def end_s(self) -> float:

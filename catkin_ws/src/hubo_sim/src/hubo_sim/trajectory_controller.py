@@ -1,8 +1,10 @@
 """A joint trajectory controller that behaves as ros_control's joint_trajectory_controller does, without ROS.
 
 Behaviour after the documentation at wiki.ros.org/joint_trajectory_controller (and its page on trajectory
-replacement). Two things are this project's choice: a stop always takes at least the time that the joints'
-acceleration limits ask for, and set-points never leave position limits nor move faster than velocity limits.
+replacement). Three things are this project's choice: a stop always takes at least the time that the joints'
+acceleration limits ask for; set-points never leave position limits nor move faster than velocity limits; and what
+replaces a trajectory, a stop or a new goal, begins where the trajectory is for joints that follow it, and where the
+joint is, as fast as it is, for one that has strayed from it.
 """
 
 from __future__ import annotations
@@ -16,11 +18,25 @@ from hubo_sim.config import from_mapping, number
 from hubo_sim.errors import SimError
 from hubo_sim.sim_robot import JointInfo
 from hubo_sim.spline import JointSample, Spline
-from hubo_sim.trajectory_goal import Code, Tolerance, TrajectoryGoal, check_goal
+from hubo_sim.trajectory_goal import Code, Tolerance, TrajectoryGoal, check_goal, named_twice
 
 TYPES = ("position_controllers/JointTrajectoryController", "effort_controllers/JointTrajectoryController")
 _DEFAULT_DECELERATION = 5.0  # [rad/s^2] for stops of joints without an acceleration limit
 _NOTEWORTHY_RAD = 1e-4  # limits that change a set-point by less are not worth telling
+_STRAYED_RAD = 0.02  # a joint this far from its trajectory does not follow it; drives sag less [rad or m]
+_STRAYED_RAD_S = 0.2  # ... or whose velocity differs so much [rad/s or m/s]
+
+
+@dataclass(frozen=True)
+class _JointConstraints:
+    """Tolerances of one joint, under ros_control's names; 0: not checked."""
+
+    trajectory: float = 0.0
+    goal: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            number(value, name)
 
 
 @dataclass(frozen=True)
@@ -41,6 +57,9 @@ class ControllerConfig:
             raise SimError(f"controller type must be one of {', '.join(TYPES)}, got {self.type!r}")
         if not self.joints or not all(isinstance(name, str) for name in self.joints):
             raise SimError(f"joints must be a list of names, got {self.joints!r}")
+        twice = named_twice(self.joints)
+        if twice:
+            raise SimError(f"joints: {', '.join(twice)} is there more than once")
         for name in ("state_publish_rate", "action_monitor_rate"):
             number(getattr(self, name), name, 0.1, 1000.0)
         number(self.stop_trajectory_duration, "stop_trajectory_duration", 0.0)
@@ -50,6 +69,11 @@ class ControllerConfig:
             raise SimError(
                 f"constraints: unknown key {', '.join(unknown)}; known: {', '.join(sorted(known))}"
             )
+        for name, value in self.constraints.items():
+            if name in self.joints:
+                from_mapping(_JointConstraints, value or {}, f"constraints: {name}")
+            else:
+                number(value, f"constraints: {name}")
 
     @property
     def uses_effort(self) -> bool:
@@ -141,7 +165,8 @@ class TrajectoryController:
         self._spline = Spline.hold(0.0, np.asarray(position, float))
         zero = np.zeros(len(self.joints))
         self.desired = JointSample(np.asarray(position, float), zero, zero)
-        self.set_point = self.desired
+        self.set_point = self._measured = self.desired
+        self._measured_s, self._step_s = 0.0, 0.0
         self.error = JointSample(zero, zero, zero)
 
     def check(self, goal: TrajectoryGoal, now_s: float) -> None:
@@ -176,6 +201,7 @@ class TrajectoryController:
         """
         self.desired = self._spline.sample(now_s)
         zero = np.zeros(len(self.joints))
+        self._measured, self._measured_s, self._step_s = JointSample(position, velocity, zero), now_s, step_s
         self.error = JointSample(self.desired.position - position, self.desired.velocity - velocity, zero)
         if self.active is not None:
             self._check_progress(now_s)
@@ -203,14 +229,20 @@ class TrajectoryController:
         if not ahead.any():
             ahead[-1] = True
             times[-1] = start_s
-        at_start = self._spline.sample(start_s)
-        points = self._points(goal, times)
+        at_start = self._state_now(now_s) if start_s == now_s else self._spline.sample(start_s)
+        points = {kind: rows[ahead] for kind, rows in self._points(goal, times).items()}
+        times = times[ahead]
         turns = np.rint((points["position"][0] - at_start.position) / (2.0 * np.pi))
         points["position"] = points["position"] - np.where(self._continuous, turns, 0.0) * 2.0 * np.pi
-        times, points = times[ahead], {k: v[ahead] for k, v in points.items()}
         if len(goal.joint_names) < len(self.names) and self._spline.end_s > times[-1]:
             points, times = self._until_others_end(goal, points), np.append(times, self._spline.end_s)
-        return Spline.through(start_s, at_start, times, points)
+        if "velocity" in points or np.all(at_start.velocity == 0.0):
+            return Spline.through(start_s, at_start, times, points)
+        # Lines through positions alone begin at rest: a joint that moves is slowed down first.
+        braking_s = min(self._braking_s(at_start.velocity), 0.5 * (times[0] - start_s))
+        braking = Spline.stop(start_s, at_start, braking_s, (self._lower, self._upper))
+        rest = braking.sample(braking.end_s)
+        return braking.followed_by(Spline.through(braking.end_s, rest, times, points))
 
     def _points(self, goal: TrajectoryGoal, times: np.ndarray) -> dict[str, np.ndarray]:
         """(P, J) positions, and velocities and accelerations if the goal carries them, in the controller's order.
@@ -255,12 +287,39 @@ class TrajectoryController:
         )
 
     def _stop(self, now_s: float) -> None:
-        state = self._spline.sample(now_s)
-        needed = float(np.max(np.abs(state.velocity) / self._deceleration, initial=0.0))
-        duration = max(self.config.stop_trajectory_duration, needed)
+        state = self._state_now(now_s)
+        duration = max(self.config.stop_trajectory_duration, self._braking_s(state.velocity))
         if np.all(state.velocity == 0.0):
             duration = 0.0
         self._spline = Spline.stop(now_s, state, duration, (self._lower, self._upper))
+
+    def _braking_s(self, velocity: np.ndarray) -> float:
+        """How long all joints take to come to rest within their acceleration limits [s]."""
+        return float(np.max(np.abs(velocity) / self._deceleration, initial=0.0))
+
+    def _state_now(self, now_s: float) -> JointSample:
+        """What the trajectory wants now, but for joints that have strayed from it: their own state.
+
+        The set-points of these are taken back to where the joints are: else the drives would go on to pull there.
+        """
+        wanted, velocity = self._spline.sample(now_s), self._measured.velocity
+        since_s = float(np.clip(now_s - self._measured_s, 0.0, self._step_s))
+        position = np.clip(self._measured.position + velocity * since_s, self._lower, self._upper)
+        far = np.abs(wanted.position - position) > _STRAYED_RAD
+        strayed = far | (np.abs(wanted.velocity - velocity) > _STRAYED_RAD_S)
+        if not strayed.any():
+            return wanted
+        given = self.set_point
+        self.set_point = JointSample(
+            np.where(strayed, position, given.position),
+            np.where(strayed, velocity, given.velocity),
+            np.where(strayed, 0.0, given.acceleration),
+        )
+        return JointSample(
+            np.where(strayed, position, wanted.position),
+            np.where(strayed, velocity, wanted.velocity),
+            np.where(strayed, 0.0, wanted.acceleration),
+        )
 
     def _check_progress(self, now_s: float) -> None:
         """End the active goal when it is reached, or when it cannot be within tolerance any more."""
@@ -305,7 +364,10 @@ class TrajectoryController:
         last = self.set_point.position
         reached = np.clip(wanted.position, last - reach, last + reach)
         position = np.clip(reached, self._lower, self._upper)
-        velocity = np.clip(wanted.velocity, -self._max_velocity, self._max_velocity)
+        # One that a limit holds back moves as fast as its positions say.
+        held_back = np.abs(position - wanted.position) > _NOTEWORTHY_RAD
+        velocity = np.where(held_back, (position - last) / step_s, wanted.velocity)
+        velocity = np.clip(velocity, -self._max_velocity, self._max_velocity)
         self._note_limits("velocity", np.abs(reached - wanted.position))
         self._note_limits("position", np.abs(position - reached))
         return JointSample(position, velocity, wanted.acceleration)

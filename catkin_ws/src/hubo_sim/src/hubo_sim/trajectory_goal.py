@@ -59,10 +59,15 @@ _LIMIT_MARGIN = 1e-4
 _ABSURD = 1e6
 
 
+def named_twice(names: list[str]) -> list[str]:
+    """The names that are there more than once, in their order."""
+    return [name for i, name in enumerate(names) if name in names[i + 1 :] and name not in names[:i]]
+
+
 def check_goal(goal: TrajectoryGoal, joints: list[JointInfo], now_s: float, allow_partial: bool) -> None:
     """Raise Refusal unless a controller of these joints may accept the goal; one without points means stop."""
     _check_joints(goal, [joint.name for joint in joints], allow_partial)
-    _check_tolerances(goal)
+    _check_tolerances(goal, [joint.name for joint in joints])
     if not goal.times_s:
         return
     _check_sizes(goal)
@@ -77,8 +82,9 @@ def check_goal(goal: TrajectoryGoal, joints: list[JointInfo], now_s: float, allo
 
 def _check_joints(goal: TrajectoryGoal, joints: list[str], allow_partial: bool) -> None:
     names = goal.joint_names
-    if len(set(names)) != len(names):
-        raise Refusal(Code.INVALID_JOINTS, f"a joint is named twice in {list(names)}")
+    twice = named_twice(names)
+    if twice:
+        raise Refusal(Code.INVALID_JOINTS, f"the goal names joint {', '.join(twice)} more than once")
     unknown = [name for name in names if name not in joints]
     missing = [name for name in joints if name not in names]
     wrong = bool(unknown) or not names or (bool(missing) and not allow_partial)
@@ -89,10 +95,14 @@ def _check_joints(goal: TrajectoryGoal, joints: list[str], allow_partial: bool) 
         )
 
 
-def _check_tolerances(goal: TrajectoryGoal) -> None:
-    """A tolerance that is no number would never be violated."""
+def _check_tolerances(goal: TrajectoryGoal, joints: list[str]) -> None:
+    """A tolerance of no joint, or one that is no number, would never be violated."""
     for kind in ("path_tolerance", "goal_tolerance"):
         for name, tolerance in getattr(goal, kind).items():
+            if name not in joints:
+                raise Refusal(
+                    Code.INVALID_JOINTS, f"{kind} names joint {name!r}; the controller's: {', '.join(joints)}"
+                )
             if np.isnan([tolerance.position, tolerance.velocity, tolerance.acceleration]).any():
                 raise Refusal(Code.INVALID_GOAL, f"{kind} of {name} is not a number")
 

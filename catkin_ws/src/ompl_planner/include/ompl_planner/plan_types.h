@@ -66,11 +66,12 @@ struct PlanRequest {
   GoalType goal_type{GoalType::Joints};
   std::vector<std::pair<std::string, double>> goal_joints;  ///< Joints of the group that are not named stay.
   std::string goal_name;                                    ///< SRDF group_state.
-  std::string tip_link;                                     ///< Empty: the group's tip.
-  std::vector<Eigen::Isometry3d> goal_poses;                ///< T_map_tip.
-  std::vector<double> goal_scores;                          ///< Empty, or one per pose; higher is better.
-  double position_tolerance_m{0.0};                         ///< 0: configured default.
-  double angle_tolerance_rad{0.0};                          ///< 0: configured default.
+  bool exact_turns{false};  ///< Continuous joints: the goal's very value, not the nearest equal angle.
+  std::string tip_link;     ///< Empty: the group's tip.
+  std::vector<Eigen::Isometry3d> goal_poses;  ///< T_map_tip.
+  std::vector<double> goal_scores;            ///< Empty, or one per pose; higher is better.
+  double position_tolerance_m{0.0};           ///< 0: configured default.
+  double angle_tolerance_rad{0.0};            ///< 0: configured default.
   bool free_roll{false};
   Eigen::Vector3d roll_axis{Eigen::Vector3d::UnitZ()};  ///< Of a free roll, tip frame; not zero.
   std::vector<JointVector> goal_seeds;  ///< Empty, or joint values near solutions, one per pose.

@@ -15,6 +15,13 @@
 
 namespace ompl_planner {
 
+/// What keeps a state from being allowed.
+struct Blockage {
+  enum class By { Nothing, Obstacle, UnknownSpace, Robot };
+  By by{By::Nothing};
+  std::string text;  ///< Link and voxel, or both links; empty when nothing blocks.
+};
+
 /// Checks states, edges and trajectories of one group; the other joints stay where the start has them. Holds
 /// buffers: one object per thread.
 class StateChecker {
@@ -28,8 +35,10 @@ class StateChecker {
                std::shared_ptr<const WorldCheck> fast = nullptr);
 
   bool valid(const JointVector& q) const;
-  /// What is hit at q; empty when nothing is.
-  std::string whyInvalid(const JointVector& q) const;
+  /// What is hit first at q.
+  Blockage blockageAt(const JointVector& q) const;
+  /// Its text; empty when nothing is hit.
+  std::string whyInvalid(const JointVector& q) const { return blockageAt(q).text; }
   /// Are all states of the straight line free, at steps of joint_step_rad or less? The ends are not asked.
   bool edgeValid(const JointVector& from, const JointVector& to) const {
     return edgeValid(from, to, joint_step_);

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <random>
+#include <sstream>
 #include <stdexcept>
 
 #include "ompl_planner/pose_target.h"
@@ -16,10 +18,13 @@ namespace {
 using fv_robot_model::Group;
 using fv_robot_model::RobotModel;
 using fv_robot_model::ik::IkSolutions;
+using fv_robot_model::ik::reaches;
 
 constexpr double kSameSolutionRad = 0.05;             // closer solutions count as one
 constexpr double kGoldenAngle = 2.39996322972865332;  // [rad] its multiples fill the circle evenly
 constexpr int kCheckedPerPose = 4;  // solutions of one pose and roll that are asked for collisions
+constexpr int kDescentSteps = 100;  // of one descent within the tolerances
+constexpr int kLastRounds = 4;      // of descents, when closed forms have found nothing
 
 /// Indices of the poses, best score first; equal scores keep their order.
 std::vector<std::size_t> byScore(const PlanRequest& request) {
@@ -72,20 +77,30 @@ class Sampler {
         request_(request),
         config_(config),
         ik_(ik),
+        descent_(ik.chain(), kDescentSteps),
         checker_(checker),
         target_(targetOf(model, group, request, config)),
         start_(groupValues(group, request.start_all)),
         random_(request.seed),
         known_(request.goal_poses.size()) {
     const auto base = static_cast<std::size_t>(model.linkIndex(group.base_link));
+    for (std::size_t k = 0; k < group.joint_indices.size(); ++k) {
+      if (turnsAlike(model, group.joint_indices[k])) turning_.push_back(k);
+    }
     T_base_map_ = (request.T_map_root * model.forward(request.start_all)[base]).inverse();
   }
 
   bool enough() const { return goals_.states.size() >= static_cast<std::size_t>(config_.max_goal_states); }
 
+  bool foundNone() const { return goals_.poses_reachable == 0; }
+
   /// Solutions of one pose in one round.
   void visit(std::size_t index, int round) {
     if (round == 0) ++goals_.poses_tried;
+    if (ik_.numerical() || (ik_.chain().dof() < 6 && withinTolerances(round))) {
+      descend(index, round);
+      return;
+    }
     target_.T_base_tool = T_base_map_ * request_.goal_poses[index];
     const JointVector near = round == 1 ? seedOf(index) : start_;
     const JointVector seed = round < 2 || ik_.exact() ? near : randomState();
@@ -94,21 +109,58 @@ class Sampler {
     takeNearest(index);
   }
 
+  /// Solutions of one pose within the tolerances, by descents from starts that each round has for itself.
+  void descend(std::size_t index, int round) {
+    target_.T_base_tool = T_base_map_ * request_.goal_poses[index];
+    const JointVector near = round == 1 ? seedOf(index) : start_;
+    const int starts = static_cast<int>(config_.ik_starts);
+    solutions_.reset(ik_.chain().dof());
+    descent_.solve(target_, round < 2 ? near.data() : nullptr, round * starts, starts, solutions_);
+    takeNearest(index);
+  }
+
   GoalStates finish() {
     sortByValue(request_, start_, goals_.states);
-    if (goals_.states.empty() && blocked_) {
-      goals_.blocked_reason =
-          "pose " + std::to_string(blocked_->goal_index) + ": " + checker_.whyInvalid(blocked_->q);
-    }
-    if (goals_.poses_reachable == 0) {
-      goals_.unreachable_reason = "none of " + std::to_string(goals_.poses_tried) +
-                                  " poses has a solution for group '" + group_.name + "' (" +
-                                  std::to_string(static_cast<int>(config_.ik_rounds)) + " rounds each)";
-    }
+    if (goals_.states.empty()) goals_.failure = whyNone();
     return std::move(goals_);
   }
 
  private:
+  /// How many poses failed for which reason, each reason with its first pose.
+  std::string whyNone() const {
+    std::map<Blockage::By, std::pair<std::uint32_t, std::string>> blocked;
+    for (std::size_t i = 0; i < known_.size(); ++i) {
+      if (known_[i].empty()) continue;
+      const Blockage blockage = checker_.blockageAt(known_[i].front());
+      auto& [count, first] = blocked[blockage.by];
+      if (count++ == 0) first = "pose " + std::to_string(i) + ": " + blockage.text;
+    }
+    std::ostringstream text;
+    text << "of " << goals_.poses_tried << " poses";
+    const auto verb = [](std::uint32_t count, const char* one, const char* many) {
+      return count == 1 ? one : many;
+    };
+    const std::uint32_t unsolved = goals_.poses_tried - goals_.poses_reachable;
+    if (unsolved > 0) {
+      text << ' ' << unsolved << verb(unsolved, " has", " have") << " no solution for group '" << group_.name
+           << "' within " << target_.position_tolerance_m << " m and " << target_.angle_tolerance_rad
+           << " rad";
+    }
+    const char* separator = unsolved > 0 ? ", " : " ";
+    const std::map<Blockage::By, const char*> names{{Blockage::By::Obstacle, "obstacles"},
+                                                    {Blockage::By::UnknownSpace, "unknown space"},
+                                                    {Blockage::By::Robot, "the robot itself"},
+                                                    {Blockage::By::Nothing, "nothing any more"}};
+    for (const auto& [by, found] : blocked) {
+      text << separator << found.first << verb(found.first, " is", " are") << " blocked by " << names.at(by)
+           << " (" << found.second << ")";
+      separator = ", ";
+    }
+    return text.str();
+  }
+
+  bool withinTolerances(int round) const { return 2 * round >= static_cast<int>(config_.ik_rounds); }
+
   JointVector seedOf(std::size_t index) const {
     return request_.goal_seeds.empty() ? start_ : request_.goal_seeds[index];
   }
@@ -126,7 +178,7 @@ class Sampler {
     const Eigen::Isometry3d T_base_near = model_.tipPose(group_, near) * target_.T_tip_tool;
     const bool seeded = round == 1 && !request_.goal_seeds.empty();
     const double roll = seeded ? 0.0 : kGoldenAngle * round;
-    if (2 * round < static_cast<int>(config_.ik_rounds)) return tipPoseAt(target_, T_base_near, roll);
+    if (!withinTolerances(round)) return tipPoseAt(target_, T_base_near, roll);
     return tipPoseWithin(target_, T_base_near, roll, random_);
   }
 
@@ -134,6 +186,7 @@ class Sampler {
   void takeNearest(std::size_t index) {
     nearest_.clear();
     for (int row = 0; row < solutions_.size(); ++row) {
+      turnTowardsStart(solutions_.row(row));
       const Eigen::Map<const JointVector> q(solutions_.row(row), solutions_.dof());
       nearest_.emplace_back((q - start_).squaredNorm(), row);
     }
@@ -142,7 +195,7 @@ class Sampler {
     for (std::size_t i = 0; i < kept; ++i) {
       const JointVector q =
           Eigen::Map<const JointVector>(solutions_.row(nearest_[i].second), solutions_.dof());
-      if (isKnown(index, q) || !reaches(model_, group_, target_, q)) continue;
+      if (isKnown(index, q) || !reaches(target_, model_.tipPose(group_, q))) continue;
       if (known_[index].empty()) ++goals_.poses_reachable;
       known_[index].push_back(q);
       const GoalState goal{q, static_cast<int>(index)};
@@ -150,7 +203,14 @@ class Sampler {
         goals_.states.push_back(goal);
         return;
       }
-      if (!blocked_) blocked_ = goal;
+    }
+  }
+
+  /// Whole turns that the limits allow bring each joint as near to the start as can be.
+  void turnTowardsStart(double* q) const {
+    for (const std::size_t k : turning_) {
+      const auto joint = static_cast<std::size_t>(group_.joint_indices[k]);
+      q[k] = nearestTurn(q[k], start_[static_cast<Eigen::Index>(k)], model_.limits()[joint]);
     }
   }
 
@@ -164,13 +224,14 @@ class Sampler {
   const PlanRequest& request_;
   const PlannerConfig& config_;
   const fv_robot_model::ik::IkSolver& ik_;
+  fv_robot_model::ik::TolerantIk descent_;
   const StateChecker& checker_;
   PoseTarget target_;
   JointVector start_;
   Eigen::Isometry3d T_base_map_;
   std::mt19937_64 random_;
   std::vector<std::vector<JointVector>> known_;  ///< Solutions by pose.
-  std::optional<GoalState> blocked_;
+  std::vector<std::size_t> turning_;  ///< Joints, by place in the group, that may end whole turns further on.
   IkSolutions solutions_;
   std::vector<std::pair<double, int>> nearest_;  ///< Squared distance from the start, row of solutions_.
   GoalStates goals_;
@@ -200,6 +261,12 @@ GoalStates sampleGoalStates(const RobotModel& model, const Group& group, const P
     for (const std::size_t index : order) {
       if (sampler.enough() || stop()) return sampler.finish();
       sampler.visit(index, round);
+    }
+  }
+  for (int round = 0; round < kLastRounds && sampler.foundNone() && !ik.numerical(); ++round) {
+    for (const std::size_t index : order) {
+      if (sampler.enough() || stop()) return sampler.finish();
+      sampler.descend(index, round);
     }
   }
   return sampler.finish();

@@ -27,6 +27,9 @@ std::vector<std::string> stateNames(const RobotModel& model, const Group& group)
 
 void setNamedJoints(const Group& group, const PlanRequest& request, JointVector& q) {
   if (request.goal_joints.empty()) throw std::invalid_argument("goal_joints names no joint");
+  std::vector<std::string> names;
+  for (const auto& goal : request.goal_joints) names.push_back(goal.first);
+  checkNamedOnce(names, "goal_joints");
   for (const auto& [name, value] : request.goal_joints) {
     const auto found = std::find(group.joint_names.begin(), group.joint_names.end(), name);
     if (found == group.joint_names.end()) {
@@ -58,6 +61,38 @@ JointVector groupValues(const Group& group, const Eigen::VectorXd& q_all) {
   return q;
 }
 
+double nearestTurn(double angle, double near, const fv_robot_model::JointLimits& limits) {
+  constexpr double kTurn = 2.0 * M_PI;
+  double turns = std::round((near - angle) / kTurn);
+  if (limits.bounded) {
+    turns = std::min(turns, std::floor((limits.upper - angle) / kTurn));
+    turns = std::max(turns, std::ceil((limits.lower - angle) / kTurn));
+    if (angle + turns * kTurn > limits.upper) return angle;
+  }
+  return turns == 0.0 ? angle : angle + turns * kTurn;  // to the bit where nothing is to be done
+}
+
+bool turnsAlike(const RobotModel& model, int joint) {
+  for (std::size_t i = 0; i < model.linkNames().size(); ++i) {
+    const auto& link = model.link(static_cast<int>(i));
+    if (link.variable != joint || link.motion == RobotModel::Link::Motion::Fixed) continue;
+    const bool whole = link.multiplier == std::round(link.multiplier);
+    if (link.motion != RobotModel::Link::Motion::Rotation || !whole) return false;
+  }
+  return true;
+}
+
+Eigen::VectorXd wholeTurns(const RobotModel& model, const Eigen::VectorXd& q_all) {
+  constexpr double kTurn = 2.0 * M_PI;
+  Eigen::VectorXd turns = Eigen::VectorXd::Zero(q_all.size());
+  for (Eigen::Index i = 0; i < q_all.size(); ++i) {
+    const int joint = static_cast<int>(i);
+    const bool endless = !model.limits()[static_cast<std::size_t>(i)].bounded && turnsAlike(model, joint);
+    if (endless) turns[i] = kTurn * std::round(q_all[i] / kTurn);
+  }
+  return turns;
+}
+
 JointVector jointGoal(const RobotModel& model, const Group& group, const PlanRequest& request) {
   JointVector q = groupValues(group, request.start_all);
   if (request.goal_type == GoalType::Named) {
@@ -70,6 +105,15 @@ JointVector jointGoal(const RobotModel& model, const Group& group, const PlanReq
     q = found->second;
   } else {
     setNamedJoints(group, request, q);
+  }
+  if (!request.exact_turns) {
+    const JointVector start = groupValues(group, request.start_all);
+    for (std::size_t i = 0; i < group.joint_indices.size(); ++i) {
+      const auto& limits = model.limits()[static_cast<std::size_t>(group.joint_indices[i])];
+      const auto j = static_cast<Eigen::Index>(i);
+      if (!limits.bounded && turnsAlike(model, group.joint_indices[i]))
+        q[j] = nearestTurn(q[j], start[j], limits);
+    }
   }
   constexpr double kRounding = 1e-6;
   const std::string outside = outsideLimits(model, group, q, kRounding);

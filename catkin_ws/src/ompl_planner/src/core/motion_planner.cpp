@@ -77,11 +77,21 @@ PlanResult MotionPlanner::solve(const PlanRequest& request, const std::function<
       failure.message = "no map has been received yet";
       return failure;
     }
+    // Continuous joints are planned about zero, whatever turns they have made; these are put back at the end.
+    PlanRequest within_a_turn = request;
+    const Group& group = model_->group(request.group);
+    const JointVector turns =
+        groupValues(group, request.exact_turns ? Eigen::VectorXd::Zero(request.start_all.size()).eval()
+                                               : wholeTurns(*model_, request.start_all));
+    for (std::size_t i = 0; i < group.joint_indices.size(); ++i)
+      within_a_turn.start_all[group.joint_indices[i]] -= turns[static_cast<Eigen::Index>(i)];
     const double budget = request.time_budget_s > 0.0 ? request.time_budget_s : config_.time_budget_s;
-    Job job{request, model_->group(request.group), StopCondition(budget, cancelled), on_stage};
+    Job job{within_a_turn, group, StopCondition(budget, cancelled), on_stage};
     job.result.map_sequence = request.map.sequence;
     run(job);
     job.endStage();
+    for (JointVector& q : job.result.trajectory.positions) q += turns;
+    for (JointVector& q : job.result.waypoints) q += turns;
     return job.result;
   } catch (const std::invalid_argument& error) {
     failure.status = PlanStatus::InvalidRequest;
@@ -177,13 +187,10 @@ bool MotionPlanner::collectGoals(Job& job) const {
   job.result.goal_states = static_cast<std::uint32_t>(job.goals.states.size());
   if (!job.goals.states.empty()) return true;
   if (job.stop()) {
-    return job.fail(PlanStatus::NoPath, "time ran out while looking for goal states, after " +
-                                            std::to_string(job.goals.poses_tried) + " poses");
+    return job.fail(PlanStatus::NoPath, "time ran out while looking for goal states: " + job.goals.failure);
   }
-  if (job.goals.poses_reachable == 0) return job.fail(PlanStatus::NoIkSolution, job.goals.unreachable_reason);
-  return job.fail(PlanStatus::GoalsInCollision,
-                  std::to_string(job.goals.poses_reachable) + " of " + std::to_string(job.goals.poses_tried) +
-                      " poses have solutions, all of them in collision; " + job.goals.blocked_reason);
+  const bool none = job.goals.poses_reachable == 0;
+  return job.fail(none ? PlanStatus::NoIkSolution : PlanStatus::GoalsInCollision, job.goals.failure);
 }
 
 std::optional<JointPath> MotionPlanner::straightPath(const Job& job) const {

@@ -35,19 +35,6 @@ Eigen::Isometry3d toolPoseAt(const PoseTarget& target, const Eigen::Isometry3d& 
 
 }  // namespace
 
-bool reaches(const fv_robot_model::RobotModel& model, const fv_robot_model::Group& group,
-             const PoseTarget& target, const JointVector& q) {
-  constexpr double kRounding = 1e-6;  // [m], [rad]
-  const Eigen::Isometry3d T_base_tool = model.tipPose(group, q) * target.T_tip_tool;
-  const Eigen::Matrix3d R = T_base_tool.linear().transpose() * target.T_base_tool.linear();
-  const double angle = target.free_roll
-                           ? std::acos(std::clamp(target.roll_axis.dot(R * target.roll_axis), -1.0, 1.0))
-                           : Eigen::AngleAxisd(R).angle();
-  return (T_base_tool.translation() - target.T_base_tool.translation()).norm() <=
-             target.position_tolerance_m + kRounding &&
-         angle <= target.angle_tolerance_rad + kRounding;
-}
-
 Eigen::Isometry3d tipPoseAt(const PoseTarget& target, const Eigen::Isometry3d& T_base_near, double roll_rad) {
   return toolPoseAt(target, T_base_near, roll_rad) * target.T_tip_tool.inverse();
 }

@@ -1,6 +1,7 @@
 #include "ompl_planner/request_check.h"
 
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 #include "ompl_planner/path_search.h"
@@ -66,6 +67,14 @@ void checkStart(const RobotModel& model, const Eigen::VectorXd& start_all) {
 }
 
 }  // namespace
+
+void checkNamedOnce(const std::vector<std::string>& joints, const std::string& what) {
+  std::set<std::string> known;
+  for (const std::string& joint : joints) {
+    if (!known.insert(joint).second)
+      throw std::invalid_argument(what + " names joint '" + joint + "' more than once");
+  }
+}
 
 std::string outsideLimits(const RobotModel& model, const fv_robot_model::Group& group, const JointVector& q,
                           double tolerance) {

@@ -48,14 +48,17 @@ std::optional<fv_robot_model::LinkPair> StateChecker::selfContact(
   return bare_self_->firstContact(poses);
 }
 
-std::string StateChecker::whyInvalid(const JointVector& q) const {
+Blockage StateChecker::blockageAt(const JointVector& q) const {
+  using By = Blockage::By;
   const auto& poses = posesAt(q);
-  if (const auto contact = world_->firstContact(poses)) return describe(model_, *contact);
+  if (const auto contact = world_->firstContact(poses)) {
+    return {contact->kind == Voxel::Occupied ? By::Obstacle : By::UnknownSpace, describe(model_, *contact)};
+  }
   if (const auto pair = selfContact(poses)) {
     const auto touching = bare_self_ ? bare_self_->contacts(poses) : std::vector{*pair};
     const bool touch = std::find(touching.begin(), touching.end(), *pair) != touching.end();
-    return "links '" + pair->first + "' and '" + pair->second +
-           (touch ? "' touch" : "' come closer to each other than their padding");
+    return {By::Robot, "links '" + pair->first + "' and '" + pair->second +
+                           (touch ? "' touch" : "' come closer to each other than their padding")};
   }
   return {};
 }

@@ -1,9 +1,9 @@
 #include "ompl_planner/trajectory_watch.h"
 
 #include <algorithm>
-#include <set>
 #include <stdexcept>
 
+#include "ompl_planner/request_check.h"
 #include "ompl_planner/state_checker.h"
 #include "ompl_planner/world_collision.h"
 
@@ -31,9 +31,7 @@ std::vector<int> movedLinks(const RobotModel& model, const std::vector<int>& joi
 }  // namespace
 
 Group groupOfJoints(const RobotModel& model, const std::vector<std::string>& joints) {
-  if (std::set<std::string>(joints.begin(), joints.end()).size() != joints.size()) {
-    throw std::invalid_argument("a joint is named twice");
-  }
+  checkNamedOnce(joints, "the trajectory");
   for (const std::string& name : model.groupNames()) {
     if (model.group(name).joint_names == joints) return model.group(name);
   }

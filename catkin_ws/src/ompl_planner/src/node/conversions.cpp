@@ -8,6 +8,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "ompl_planner/request_check.h"
+
 namespace ompl_planner {
 namespace {
 
@@ -193,6 +195,7 @@ PlanRequest requestFromMsg(const fv_msgs::PlanMotionGoal& msg) {
     request.goal_joints.emplace_back(msg.goal_joints.name[i], msg.goal_joints.position[i]);
   }
   request.goal_name = msg.goal_name;
+  request.exact_turns = msg.exact_turns;
   request.tip_link = msg.tip_link;
   for (std::size_t i = 0; i < msg.goal_poses.poses.size(); ++i) {
     request.goal_poses.push_back(isometryFromMsg(msg.goal_poses.poses[i], "goal pose " + std::to_string(i)));
@@ -217,6 +220,7 @@ void overlayJoints(const sensor_msgs::JointState& msg, const fv_robot_model::Rob
     throw std::invalid_argument("start has " + std::to_string(msg.name.size()) + " names and " +
                                 std::to_string(msg.position.size()) + " positions");
   }
+  checkNamedOnce(msg.name, "start");
   for (std::size_t i = 0; i < msg.name.size(); ++i) {
     if (!std::isfinite(msg.position[i])) {
       throw std::invalid_argument("start of joint '" + msg.name[i] + "' is not finite");

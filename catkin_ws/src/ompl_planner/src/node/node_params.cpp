@@ -6,6 +6,8 @@
 
 #include <stdexcept>
 
+#include "ompl_planner/request_check.h"
+
 namespace ompl_planner {
 namespace {
 
@@ -70,8 +72,13 @@ std::vector<Controller> readControllers(const ros::NodeHandle& nh) {
     for (int j = 0; j < entry["joints"].size(); ++j) {
       controller.joints.push_back(static_cast<std::string>(entry["joints"][j]));
     }
+    checkNamedOnce(controller.joints, "controller '" + name + "' of controller_list");
     controllers.push_back(controller);
   }
+  std::vector<std::string> joints;
+  for (const Controller& controller : controllers)
+    joints.insert(joints.end(), controller.joints.begin(), controller.joints.end());
+  checkNamedOnce(joints, "controller_list");
   return controllers;
 }
 

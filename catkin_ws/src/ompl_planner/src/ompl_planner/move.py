@@ -64,6 +64,11 @@ def parser() -> argparse.ArgumentParser:
     result.add_argument(
         "--unknown", choices=sorted(UNKNOWN_SPACE), default="obstacle", help="how unknown space counts"
     )
+    result.add_argument(
+        "--exact-turns",
+        action="store_true",
+        help="continuous joints go to the very value, by whole turns if need be, not to the nearest equal angle",
+    )
     result.add_argument("--plan-only", action="store_true", help="do not execute")
     return result
 
@@ -81,6 +86,7 @@ def goal_from_args(args: argparse.Namespace, group: str, camera_frame: str = "")
     """The planning request that the options ask for; ``camera_frame`` is what --camera speaks of."""
     goal = PlanMotionGoal(group=group, planner=args.planner, time_budget=args.budget, seed=args.seed)
     goal.unknown_space = UNKNOWN_SPACE[args.unknown]
+    goal.exact_turns = args.exact_turns
     if args.named:
         goal.goal_type = PlanMotionGoal.GOAL_NAMED
         goal.goal_name = args.named

@@ -18,9 +18,9 @@ struct IkOptions {
   int sweep_refinements{2};  ///< One redundant joint: so often its step is quartered where nothing was found.
   double direction_tolerance_rad{
       0.0};                       ///< Arms with fewer than 6 joints: how far the tip's z may miss [rad].
-  int numerical_starts{40};       ///< KDL: starts per pose.
-  int numerical_iterations{150};  ///< KDL: Newton iterations per start.
-  unsigned numerical_seed{1};     ///< KDL: seed of the starts; equal seeds give equal answers.
+  int numerical_starts{40};       ///< Numerical: starts per pose.
+  int numerical_iterations{150};  ///< Numerical: iterations per start.
+  unsigned numerical_seed{1};     ///< Numerical: which starts; equal seeds give equal answers.
 };
 
 /// Solutions of one pose, a reusable buffer: size() rows of dof values.
@@ -78,6 +78,8 @@ class IkSolver {
   virtual std::string name() const = 0;
   /// True when a pose that the chain can hold is never missed (no sampling, no iteration from starts).
   virtual bool exact() const = 0;
+  /// True when all joints are iterated on from starts, false for closed forms and sweeps over them.
+  virtual bool numerical() const { return false; }
 
   const SerialChain& chain() const { return chain_; }
   const IkOptions& options() const { return options_; }
@@ -96,7 +98,9 @@ class IkSolver {
 /// - 7R shoulder-elbow-wrist: closed form over the arm angle with exact feasible intervals;
 /// - 7R (or 8R) that becomes such a 6R when one (or two) joints are held: sweep over those joints;
 /// - 5R with three parallel middle axes (youBot): closed form;
-/// - everything else, with prismatic joints too: KDL; with mimic joints in it: a damped descent alone.
+/// - everything else (prismatic and mimic joints too) of fewer than six joints, or with tolerances above 1e-5:
+///   the least miss within the tolerances;
+/// - the rest: KDL, or with mimic joints a damped descent alone.
 std::unique_ptr<IkSolver> makeIkSolver(const SerialChain& chain, const IkOptions& options = {});
 
 /// The joint of a 7R chain that, when held, leaves a 6R with a closed form; -1 when there is none.
