@@ -1,4 +1,4 @@
-"""The inner loops with each instruction set of this processor against a plain loop, in a grid that stays in its caches."""
+"""The inner loops with each instruction set of this processor against a plain loop, all in its caches."""
 
 from __future__ import annotations
 

@@ -1,5 +1,6 @@
 #include "lane_kernels.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <cstring>

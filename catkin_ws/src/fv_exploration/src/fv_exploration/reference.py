@@ -1,4 +1,4 @@
-"""OctoMap's own insertion and plain loops, what the fast ones are held to in tests and benchmarks; their instruction sets."""
+"""OctoMap's own insertion and plain loops, what the fast ones are held to; their instruction sets."""
 
 from fv_exploration._core import reference as _reference
 
