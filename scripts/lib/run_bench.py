@@ -6,6 +6,7 @@ import argparse
 import importlib.util
 import json
 import os
+import platform
 import sys
 import time
 from pathlib import Path
@@ -58,6 +59,24 @@ def shown(value: Any) -> str:
     return str(value)
 
 
+def machine() -> dict[str, str]:
+    """The processor, and the instruction set that the inner loops use: what figures depend on most.
+
+    :raises InputError: for a FV_INSTRUCTION_SET that cannot be used.
+    """
+    from fv_exploration.reference import instruction_set  # not for --help: it may not be built yet
+
+    names = [line.split(":", 1)[1].strip() for line in cpu_info() if line.startswith("model name")]
+    return {"processor": names[0] if names else platform.machine(), "instruction_set": instruction_set()}
+
+
+def cpu_info() -> list[str]:
+    try:
+        return Path("/proc/cpuinfo").read_text(errors="replace").splitlines()
+    except OSError:
+        return []
+
+
 def print_table(rows: list[dict[str, Any]]) -> None:
     """Rows as aligned columns."""
     table = [COLUMNS, *[tuple(shown(row.get(column)) for column in COLUMNS) for row in rows]]
@@ -95,10 +114,16 @@ def measure(arguments: argparse.Namespace) -> int:
     """Run the benches and print their table; the exit code."""
     benches = available()
     rows: list[dict[str, Any]] = []
+    try:
+        where = machine()
+    except ValueError as err:
+        print(f"bench: {err}", file=sys.stderr)
+        return 2
+    print("on {processor}, instruction set {instruction_set}".format(**where), flush=True)
     for name in arguments.names or list(benches):
         start = time.monotonic()
         print(f"measuring {name} ...", flush=True)
-        rows += load(benches[name]).run(arguments.quick)
+        rows += [row | where for row in load(benches[name]).run(arguments.quick)]
         print(f"  {name} took {time.monotonic() - start:.0f} s", flush=True)
         if arguments.json:
             write_rows(arguments.json, rows)

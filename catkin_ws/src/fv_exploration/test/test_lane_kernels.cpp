@@ -1,10 +1,13 @@
-// The inner loops for each instruction set that this processor has: they must not differ by a bit.
+// The inner loops of each instruction set that this processor has, against the plain ones: they must not
+// differ by a bit.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <string>
 
+#include "fv_exploration/errors.h"
 #include "lane_kernels.h"
 
 namespace {
@@ -13,22 +16,26 @@ using fv::kLanes;
 
 constexpr int kEdge = 40;
 constexpr std::size_t kCells = std::size_t{kEdge} * kEdge * kEdge;
+constexpr uint8_t kMark = 1;
 
-/// Mostly free voxels, some of every other kind.
+/// Any meaning of the flags will do: of the 16 every third ends rays.
+fv::GainTable anyTable() {
+  fv::GainTable table;
+  for (int flags = 0; flags < fv::kViewStep; ++flags) {
+    table.open[flags] = flags % 3 == 2 ? 0 : -1;
+    table.adds[flags] = (flags & 1 ? fv::GainTable::kOneVoid : 0) +
+                        (flags & 2 ? fv::GainTable::kOneUnknown : 0) +
+                        (flags & 4 ? fv::GainTable::kOneFrontier : 0);
+  }
+  return table;
+}
+const fv::GainTable kTable = anyTable();
+
+/// Mostly one kind that is open, some of every other.
 std::vector<uint8_t> randomFlags(std::mt19937& random) {
   std::vector<uint8_t> flags(kCells);
-  for (uint8_t& f : flags) {
-    const unsigned kind = random() % 40;
-    f = kind == 0 ? fv::kOccupied : kind < 4 ? fv::kUnknown : fv::kFree;
-    if (f == fv::kFree && random() % 5 == 0) f |= fv::Evaluator::kFrontierFlag;
-    if (f == fv::kUnknown && random() % 2 == 0) f |= fv::Evaluator::kVoidFlag;
-  }
+  for (uint8_t& f : flags) f = random() % 10 ? 1 : random() % fv::kViewStep;
   return flags;
-}
-
-fv::Voxel randomVoxel(std::mt19937& random) {
-  return {static_cast<int>(random() % kEdge), static_cast<int>(random() % kEdge),
-          static_cast<int>(random() % kEdge)};
 }
 
 /// Any direction; now and then one along an axis or a diagonal.
@@ -37,6 +44,11 @@ Eigen::Vector3d randomDirection(std::mt19937& random) {
   Eigen::Vector3d d(normal(random), normal(random), normal(random));
   if (random() % 4 == 0) d = Eigen::Vector3d(random() % 3 - 1.0, random() % 3 - 1.0, 1.0);
   return d;
+}
+
+fv::Voxel randomVoxel(std::mt19937& random) {
+  return {static_cast<int>(random() % kEdge), static_cast<int>(random() % kEdge),
+          static_cast<int>(random() % kEdge)};
 }
 
 int64_t indexOf(const fv::Voxel& v) { return v.x() + kEdge * (v.y() + int64_t{kEdge} * v.z()); }
@@ -55,101 +67,158 @@ void fillBlock(std::mt19937& random, int count, fv::RayBlock& block) {
   }
 }
 
-/// A block's rays one after the other, as Algorithm 1 has it.
-int64_t plainRays(const fv::RayBlock& block, const std::vector<uint8_t>& flags, double range,
-                  std::vector<int64_t>& sums) {
-  int64_t visits = 0;
-  for (int i = 0; i < block.count; ++i) {
-    fv::Voxel at(block.voxel[0][i], block.voxel[1][i], block.voxel[2][i]);
-    Eigen::Vector3d d(block.away[0][i], block.away[1][i], block.away[2][i]);
-    d /= std::sqrt(d.x() * d.x() + d.y() * d.y() + d.z() * d.z());
-    Eigen::Vector3d t = 0.5 * d.cwiseAbs().cwiseInverse();
-    while ((at.array() >= 0).all() && (at.array() < kEdge).all() &&
-           (flags[indexOf(at)] & fv::Evaluator::kClassMask) == fv::kFree) {
-      sums[indexOf(at)] += static_cast<int64_t>(block.weight[i] + 0.5);
-      ++visits;
-      if (t.minCoeff() > range) break;
-      const int axis = t[0] < t[1] && t[0] < t[2] ? 0 : !(t[0] < t[1]) && t[1] < t[2] ? 1 : 2;
-      at[axis] += d[axis] > 0 ? 1 : -1;
-      t[axis] += 1.0 / std::fabs(d[axis]);
-    }
+/// A walk from a random place of the grid.
+fv::GridWalk randomWalk(std::mt19937& random) {
+  std::uniform_real_distribution<double> place(0, kEdge);
+  const Eigen::Vector3d origin(place(random), place(random), place(random));
+  const Eigen::Vector3d direction = randomDirection(random).normalized();
+  fv::GridWalk walk;
+  int64_t stride = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    walk.begin(axis, origin[axis], direction[axis], 0.0, kEdge, stride);
+    stride *= kEdge;
   }
-  return visits;
+  return walk;
 }
 
-TEST(LaneKernels, TheBaselineIsAlwaysThereAndComesLast) {
-  EXPECT_EQ(fv::laneKernels().back().instructions, std::string("baseline"));
-  EXPECT_EQ(fv::bestKernels().instructions, fv::laneKernels().front().instructions);
-}
-
-TEST(LaneKernels, UtilityRaysAreThoseOfThePlainLoop) {
-  for (const fv::LaneKernels& kernels : fv::laneKernels()) {
-    SCOPED_TRACE(kernels.instructions);
-    std::mt19937 random(3);
-    for (const int count : {0, 1, 7, 8, 9, 100, fv::RayBlock::kCapacity}) {
-      const std::vector<uint8_t> flags = randomFlags(random);
-      fv::RayBlock block;
-      fillBlock(random, count, block);
-      std::vector<int64_t> expected(kCells, 0);
-      const int64_t visits = plainRays(block, flags, 25.0, expected);
-      const fv::UtilityGrid grid{flags.data(), {kEdge, kEdge, kEdge}, 25.0};
-      std::vector<int64_t> memory(4 * kCells + 8, 0);
-      const auto address = (reinterpret_cast<std::uintptr_t>(memory.data()) + 31) / 32 * 32;
-      EXPECT_EQ(kernels.addRays(block, grid, reinterpret_cast<fv::UtilitySums*>(address)), visits);
-      const auto* sums = reinterpret_cast<const int64_t*>(address);
-      for (std::size_t i = 0; i < kCells; ++i) ASSERT_EQ(sums[4 * i], expected[i]) << i;
-    }
+/// A ray of a scan: to a voxel on its way, or to one beside it, where only the length ends it.
+void setMark(std::mt19937& random, int lane, fv::MarkLanes& lanes) {
+  fv::GridWalk walk = randomWalk(random);
+  for (int axis = 0; axis < 3; ++axis) {
+    lanes.t[axis][lane] = walk.t[axis];
+    lanes.delta[axis][lane] = walk.delta[axis];
+    lanes.step[axis][lane] = walk.step[axis];
   }
+  lanes.at[lane] = walk.at;
+  lanes.length[lane] = 0;
+  for (int steps = static_cast<int>(random() % 50); steps > 0; --steps) {
+    const int axis = walk.t[0] < walk.t[1] && walk.t[0] < walk.t[2] ? 0 : walk.t[1] < walk.t[2] ? 1 : 2;
+    if (walk.left[axis]-- == 0) break;
+    lanes.length[lane] = walk.t[axis];
+    walk.at += walk.step[axis];
+    walk.t[axis] += walk.delta[axis];
+  }
+  lanes.end[lane] = random() % 2 ? walk.at : -1;
 }
 
-TEST(LaneKernels, DirectionsGainsAndMarksAreTheSameForEveryInstructionSet) {
-  std::vector<std::vector<int64_t>> results;
-  for (const fv::LaneKernels& kernels : fv::laneKernels()) {
-    std::mt19937 random(9);
-    const std::vector<uint8_t> flags = randomFlags(random);
-    fv::RayBlock block;
-    fillBlock(random, fv::RayBlock::kCapacity, block);
-    const fv::UtilityGrid grid{flags.data(), {kEdge, kEdge, kEdge}, 30.0};
-    std::vector<int64_t> all(4 * kCells + 8, 0);
-    const auto address = (reinterpret_cast<std::uintptr_t>(all.data()) + 31) / 32 * 32;
-    kernels.addRays(block, grid, reinterpret_cast<fv::UtilitySums*>(address));
-    std::vector<int64_t> result(reinterpret_cast<int64_t*>(address),
-                                reinterpret_cast<int64_t*>(address) + 4 * kCells);
-    std::vector<uint16_t> counted(kCells, 0);
-    std::vector<uint8_t> marks(kCells, 0);
-    for (int first = 0; first + kLanes <= fv::RayBlock::kCapacity; first += kLanes) {
+/// Several batches of eight.
+std::vector<uint8_t> marksOf(const fv::LaneKernels& kernels, unsigned seed) {
+  std::mt19937 random(seed);
+  std::vector<uint8_t> grid(kCells, 0);
+  for (int batch = 0; batch < 20; ++batch) {
+    fv::MarkLanes lanes;
+    for (int lane = 0; lane < kLanes; ++lane) setMark(random, lane, lanes);
+    kernels.markLanes(lanes, kMark, grid.data());
+  }
+  return grid;
+}
+
+struct Cast {
+  std::vector<int64_t> counts;
+  std::vector<uint16_t> cells;
+  bool operator==(const Cast& o) const { return counts == o.counts && cells == o.cells; }
+};
+
+/// Views of a few batches each, the last of which is not full.
+Cast castsOf(const fv::LaneKernels& kernels, unsigned seed) {
+  std::mt19937 random(seed);
+  const std::vector<uint8_t> flags = randomFlags(random);
+  Cast out{{}, {flags.begin(), flags.end()}};
+  for (uint16_t view = 1; view < 6; ++view) {
+    fv::GainCounts counts;
+    for (int batch = 0; batch < 5; ++batch) {
       fv::LaneRays rays;
-      fv::MarkLanes scan;
       for (int lane = 0; lane < kLanes; ++lane) {
-        const int i = first + lane;
-        for (int axis = 0; axis < 3; ++axis) {
-          scan.t[axis][lane] = rays.t[axis][lane] = block.t[axis][i];
-          scan.delta[axis][lane] = rays.delta[axis][lane] = block.delta[axis][i];
-          scan.step[axis][lane] = rays.step[axis][lane] = block.step[axis][i];
-          rays.left[axis][lane] = block.left[axis][i];
-        }
-        scan.at[lane] = rays.at[lane] = block.at[i];
-        rays.end[lane] = 20.0;
-        rays.live[lane] = -1;
-        double room = kEdge;  // so far the ray stays in the grid
-        for (int axis = 0; axis < 3; ++axis)
-          room = std::min(room, (block.left[axis][i] - 0.5) * block.delta[axis][i]);
-        scan.length[lane] = std::max(0.0, room);
-        scan.end[lane] = room > 0 ? -1 : block.at[i];
+        if (batch == 4 && lane > static_cast<int>(random() % kLanes))
+          rays.clear(lane);
+        else
+          rays.set(lane, randomWalk(random), random() % 50);
       }
-      fv::GainCounts counts;
-      kernels.castLanes(rays, {flags.data(), counted.data(), static_cast<uint16_t>(first / kLanes + 1), 2.0},
-                        counts);
-      for (const int64_t c : {counts.voids, counts.unknown, counts.frontier, counts.occupied})
-        result.push_back(c);
-      kernels.markLanes(scan, 0, marks.data());
+      const double min_range = random() % 5;
+      const fv::GainGrid grid{&kTable, out.cells.data(), static_cast<uint16_t>(view * fv::kViewStep),
+                              min_range};
+      kernels.castLanes(rays, grid, counts);
     }
-    result.insert(result.end(), marks.begin(), marks.end());
-    result.insert(result.end(), counted.begin(), counted.end());
-    EXPECT_GT(std::count(marks.begin(), marks.end(), fv::kMiss), 500);
-    results.push_back(result);
+    out.counts.insert(out.counts.end(), {counts.voids, counts.unknown, counts.frontier, counts.occupied});
   }
-  for (const std::vector<int64_t>& result : results) EXPECT_EQ(result, results.back());
+  return out;
+}
+
+struct Added {
+  int64_t visits;
+  std::vector<fv::UtilitySums> sums;
+};
+
+Added addedBy(const fv::LaneKernels& kernels, unsigned seed, int count) {
+  std::mt19937 random(seed);
+  const std::vector<uint8_t> flags = randomFlags(random);
+  fv::RayBlock block;
+  fillBlock(random, count, block);
+  Added out{0, std::vector<fv::UtilitySums>(kCells)};
+  const fv::UtilityGrid grid{flags.data(), kTable.open, {kEdge, kEdge, kEdge}, 25.0};
+  out.visits = kernels.addRays(block, grid, out.sums.data());
+  return out;
+}
+
+TEST(LaneKernels, ThePlainOnesAreAlwaysThereAndComeLast) {
+  const std::vector<fv::LaneKernels> all = fv::laneKernels();
+  EXPECT_EQ(all.back().instruction_set, std::string("plain"));
+#if defined(__x86_64__) || defined(__aarch64__)
+  EXPECT_GE(all.size(), 2u);
+#endif
+}
+
+TEST(LaneKernels, MarksAreThoseOfThePlainLoop) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const std::vector<uint8_t> expected = marksOf(fv::plainKernels(), seed);
+    EXPECT_GT(std::count(expected.begin(), expected.end(), kMark), 500);
+    for (const fv::LaneKernels& kernels : fv::laneKernels())
+      EXPECT_EQ(marksOf(kernels, seed), expected) << kernels.instruction_set << ", seed " << seed;
+  }
+}
+
+TEST(LaneKernels, GainsAreThoseOfThePlainLoop) {
+  for (unsigned seed = 0; seed < 20; ++seed) {
+    const Cast expected = castsOf(fv::plainKernels(), seed);
+    for (const int64_t count : expected.counts) EXPECT_GT(count, 0) << "seed " << seed;
+    for (const fv::LaneKernels& kernels : fv::laneKernels())
+      EXPECT_TRUE(castsOf(kernels, seed) == expected) << kernels.instruction_set << ", seed " << seed;
+  }
+}
+
+TEST(LaneKernels, UtilityIsThatOfThePlainLoop) {
+  for (const int count : {0, 1, 7, 8, 9, 100, fv::RayBlock::kCapacity}) {
+    const Added expected = addedBy(fv::plainKernels(), count, count);
+    EXPECT_GE(expected.visits, count / 2);
+    for (const fv::LaneKernels& kernels : fv::laneKernels()) {
+      const Added added = addedBy(kernels, count, count);
+      EXPECT_EQ(added.visits, expected.visits) << kernels.instruction_set << ", " << count << " rays";
+      EXPECT_EQ(added.sums, expected.sums) << kernels.instruction_set << ", " << count << " rays";
+    }
+  }
+}
+
+TEST(LaneKernels, ACapAllowsWhatIsNotAboveIt) {
+  const std::vector<fv::LaneKernels> all = fv::laneKernels();
+  EXPECT_EQ(fv::cappedKernels("").instruction_set, std::string(all.front().instruction_set));
+  for (const fv::LaneKernels& kernels : all)
+    EXPECT_EQ(fv::cappedKernels(kernels.instruction_set).instruction_set, kernels.instruction_set);
+#if defined(__x86_64__)
+  EXPECT_EQ(fv::cappedKernels("avx512").instruction_set, std::string(all.front().instruction_set));
+#endif
+}
+
+TEST(LaneKernels, AnUnknownCapIsRefusedWithTheValidOnes) {
+  for (const char* cap : {"AVX2", "sse", " "}) {
+    try {
+      fv::cappedKernels(cap);
+      FAIL() << cap;
+    } catch (const fv::InputError& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find("FV_INSTRUCTION_SET is '" + std::string(cap) + "'"), std::string::npos) << text;
+      EXPECT_NE(text.find("plain"), std::string::npos) << text;
+    }
+  }
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "bind_lanes.h"
 #include "bindings.h"
 #include "fv_exploration/evaluator.h"
 #include "fv_exploration/utility.h"
@@ -158,6 +159,7 @@ void bindReference(py::module_& m) {
         "(seconds, voxel visits, voxels with utility) of Algorithm 1 on the octree, one thread.");
   r.def("plain_clusters", &plainClusters, py::arg("voxels"), py::arg("config"), py::arg("resolution_m"),
         "(seconds, labels (N,)) of merging by looking at all pairs each time.");
+  bindLanes(r);
 }
 
 }  // namespace fv

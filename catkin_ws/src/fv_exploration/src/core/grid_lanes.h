@@ -1,13 +1,10 @@
 #pragma once
-#include <cstring>
-
 #include "grid_walk.h"
 
 namespace fv {
 
+/// Rays that a kernel is given at once; how many of them it takes in one vector is its own affair.
 constexpr int kLanes = 8;
-typedef double LaneDoubles __attribute__((vector_size(8 * kLanes)));
-typedef int64_t LaneIntegers __attribute__((vector_size(8 * kLanes)));
 
 /// Eight GridWalks as rows of numbers, to be filled ray by ray.
 struct LaneRays {

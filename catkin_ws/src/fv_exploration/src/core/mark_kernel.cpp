@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "fv_exploration/occupancy_tree.h"
 #include "lane_kernels.h"
 
 namespace fv {
@@ -33,9 +34,9 @@ void RayBatch::sortByLength() {
 void RayBatch::mark(uint8_t* grid) {
   if (size_ == 0) return;
   sortByLength();
+  const LaneKernels& kernels = bestKernels();
   for (int first = 0; first < size_; first += kLanes) {
     MarkLanes lanes;
-    int steps = 0;
     for (int lane = 0; lane < kLanes; ++lane) {
       const int i = order_[std::min(first + lane, size_ - 1)];  // the last ray fills up
       for (int axis = 0; axis < 3; ++axis) {
@@ -46,9 +47,8 @@ void RayBatch::mark(uint8_t* grid) {
       lanes.length[lane] = length_[i];
       lanes.at[lane] = at_[i];
       lanes.end[lane] = end_[i];
-      steps = std::max(steps, count_[i]);
     }
-    bestKernels().markLanes(lanes, steps, grid);
+    kernels.markLanes(lanes, kMiss, grid);
   }
   size_ = 0;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "fv_exploration/parallel.h"
+#include "lane_kernels.h"
 #include "ray_walk.h"
 
 namespace fv {
@@ -106,6 +107,7 @@ void ScanConfig::validate() const {
 
 OccupancyMap::OccupancyMap(const MapConfig& config) : config_(config) {
   config_.validate();
+  bestKernels();  // throws here already where FV_INSTRUCTION_SET cannot be used
   bounds_ = {Voxel::Constant(-kKeyOffset), Voxel::Constant(kKeyOffset - 1)};
   if (bounded()) {
     for (int i = 0; i < 3; ++i) {  // voxels whose centre is inside; tolerance for bounds on a centre

@@ -26,13 +26,24 @@ struct Corners {
   double scaled_volume;
 };
 
+/// By flags whether a ray goes on and adds.
+std::array<int64_t, kViewStep> openWhereFree() {
+  std::array<int64_t, kViewStep> open;
+  for (int flags = 0; flags < kViewStep; ++flags)
+    open[flags] = (flags & Evaluator::kClassMask) == kFree ? -1 : 0;
+  return open;
+}
+const std::array<int64_t, kViewStep> kOpen = openWhereFree();
+
 class Algorithm1 {
  public:
   Algorithm1(const Evaluator& evaluator, double max_range_m, int64_t max_rays, int threads)
       : evaluator_(evaluator), threads_(threads) {
     const Voxel dims = evaluator.frame().dims();
-    grid_ = {
-        evaluator.flags().data(), {dims.x(), dims.y(), dims.z()}, max_range_m / evaluator.map().resolution()};
+    grid_ = {evaluator.flags().data(),
+             kOpen.data(),
+             {dims.x(), dims.y(), dims.z()},
+             max_range_m / evaluator.map().resolution()};
     collectSources();
     collectJobs();
     // Within a budget only every so many pairs get rays, for as much more utility each.
@@ -144,7 +155,8 @@ class Algorithm1 {
     for (std::size_t i = 0; i < flags.size(); ++i) {
       if ((flags[i] & Evaluator::kClassMask) != kFree) continue;
       UtilitySums total = sums[0][i];
-      for (int thread = 1; thread < threads_; ++thread) total += sums[thread][i];
+      for (int thread = 1; thread < threads_; ++thread)
+        for (std::size_t k = 0; k < total.size(); ++k) total[k] += sums[thread][i][k];
       if (total[0] == 0) continue;
       out.voxels.push_back(evaluator_.frame().voxel(i));
       out.utility.push_back(static_cast<double>(total[0]) / scale_);

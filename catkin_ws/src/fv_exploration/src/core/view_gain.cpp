@@ -5,12 +5,27 @@
 #include <cmath>
 #include <limits>
 
+#include "fv_exploration/big_vector.h"
 #include "fv_exploration/parallel.h"
 #include "lane_kernels.h"
 
 namespace fv {
 
 namespace {
+
+GainTable gainTable() {
+  GainTable table;
+  for (int flags = 0; flags < kViewStep; ++flags) {
+    const int kind = flags & Evaluator::kClassMask;
+    table.adds[flags] = 0;
+    if (kind == kUnknown) table.adds[flags] += GainTable::kOneUnknown;
+    if (flags & Evaluator::kVoidFlag) table.adds[flags] += GainTable::kOneVoid;
+    if (flags & Evaluator::kFrontierFlag) table.adds[flags] += GainTable::kOneFrontier;
+    table.open[flags] = kind == kOccupied ? 0 : -1;
+  }
+  return table;
+}
+const GainTable kGainTable = gainTable();
 
 /// Voxels and rays of a view, each times the chance of the rays that met it.
 struct WeightedCounts {
@@ -22,11 +37,11 @@ class GainCaster {
  public:
   GainCaster(const Evaluator& evaluator, const PinholeCamera& camera)
       : frame_(evaluator.frame()),
-        flags_(evaluator.flags().data()),
+        flags_(evaluator.flags()),
         factor_(1.0 / evaluator.map().resolution()),
         min_range_(camera.min_range_m * factor_),
         max_range_(camera.max_range_m * factor_),
-        counted_(evaluator.frame().size(), 0) {
+        cells_(flags_.begin(), flags_.end()) {
     stride_[0] = 1;
     stride_[1] = frame_.dims().x();
     stride_[2] = stride_[1] * frame_.dims().y();
@@ -36,9 +51,10 @@ class GainCaster {
   /// that of the first eight rays that meet it.
   WeightedCounts cast(const Eigen::Matrix4d& T_map_camera, const std::vector<Eigen::Vector3d>& rays,
                       const float* chances, const float* reaches_m) {
-    if (++view_ == 0) {  // numbers are used up
-      std::fill(counted_.begin(), counted_.end(), 0);
-      view_ = 1;
+    view_ = static_cast<uint16_t>(view_ + kViewStep);
+    if (view_ == 0) {  // numbers are used up
+      std::copy(flags_.begin(), flags_.end(), cells_.begin());
+      view_ = kViewStep;
     }
     WeightedCounts sums;
     const Eigen::Vector3d origin =
@@ -81,7 +97,7 @@ class GainCaster {
 
   void castLanes(const LaneRays& lanes, double chance, WeightedCounts& sums) {
     GainCounts counts;
-    bestKernels().castLanes(lanes, GainGrid{flags_, counted_.data(), view_, min_range_}, counts);
+    kernels_.castLanes(lanes, GainGrid{&kGainTable, cells_.data(), view_, min_range_}, counts);
     sums.voids += chance * counts.voids;
     sums.unknown += chance * counts.unknown;
     sums.frontier += chance * counts.frontier;
@@ -100,10 +116,11 @@ class GainCaster {
   }
 
   const GridFrame& frame_;
-  const uint8_t* flags_;
+  const std::vector<uint8_t>& flags_;
   double factor_, min_range_, max_range_;  // ranges in voxels
   int64_t stride_[3];
-  std::vector<uint16_t> counted_;
+  const LaneKernels& kernels_ = bestKernels();
+  BigVector<uint16_t> cells_;  // see GainGrid
   uint16_t view_ = 0;
   static constexpr int kSteps = 32;
   std::array<std::vector<int>, kSteps> steps_;
