@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fv_common.native_output import native_output_hidden
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.robot import Robot
 from hubo_description.urdf import plain_mesh_paths
@@ -20,7 +21,8 @@ class SelfCollision:
 
         :raises RobotDescriptionError: pybullet refuses the URDF.
         """
-        import pybullet  # heavy: only who asks for collisions pays
+        with native_output_hidden():
+            import pybullet  # heavy: only who asks for collisions pays
 
         self._bullet = pybullet
         self._client = pybullet.connect(pybullet.DIRECT)
@@ -47,7 +49,8 @@ class SelfCollision:
             path = Path(folder) / "robot.urdf"
             path.write_text(plain_mesh_paths(robot.urdf_xml), encoding="utf-8")
             try:
-                return self._bullet.loadURDF(str(path), useFixedBase=True, physicsClientId=self._client)
+                with native_output_hidden():
+                    return self._bullet.loadURDF(str(path), useFixedBase=True, physicsClientId=self._client)
             except self._bullet.error as err:
                 self.close()
                 raise RobotDescriptionError(f"{robot.name}: pybullet cannot load the URDF: {err}") from err

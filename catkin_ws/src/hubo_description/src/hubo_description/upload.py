@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import sys
 
+import rosgraph
+
+from fv_common.command import Parser
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.robot import Robot, list_robots, load_robot
 
@@ -30,8 +32,6 @@ def upload(robot: Robot) -> None:
 
     :raises OSError: no master answers.
     """
-    import rosgraph  # the loader itself works on machines without a ROS master
-
     master = rosgraph.Master("/upload_robot")
     master.getPid()  # fail before the first parameter, not in the middle
     for name, value in parameters(robot).items():
@@ -40,12 +40,12 @@ def upload(robot: Robot) -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Command line: ``upload_robot --robot NAME [--check]``; 0 on success."""
-    parser = argparse.ArgumentParser(description="Put a robot's description on the parameter server.")
+    parser = Parser(description="Put a robot's description on the parameter server.")
     parser.add_argument("--robot", default="hubo", help=f"name or folder; one of {', '.join(list_robots())}")
     parser.add_argument(
         "--check", action="store_true", help="only check the robot's files; needs no ROS master"
     )
-    args, _ = parser.parse_known_args(argv)  # rosrun appends __name:= and the like
+    args = parser.parse_args(rosgraph.myargv(sys.argv if argv is None else ["", *argv])[1:])
     try:
         robot = load_robot(args.robot)
         if not args.check:

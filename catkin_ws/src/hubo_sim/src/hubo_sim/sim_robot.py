@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hubo_sim.bullet import native_output_hidden, pybullet
+from fv_common.native_output import native_output_hidden
+from hubo_sim.bullet import pybullet
 from hubo_sim.errors import SimError
 from hubo_sim.models import urdf_for_bullet
 from hubo_sim.robot_spec import RobotSpec
