@@ -12,6 +12,7 @@ import os
 import sys
 from pathlib import Path
 
+import last_resort
 import own_network
 from interrupts import INTERRUPTED, interrupt_on_signals
 from ros_session import SessionError
@@ -27,7 +28,7 @@ def names(pattern: str) -> str:
 
 def parse_arguments(words: list[str]) -> argparse.Namespace:
     """The command line, checked as far as it can be without starting anything."""
-    parser = argparse.ArgumentParser(
+    parser = last_resort.Parser(
         prog="scripts/explore",
         description="Explore a simulated world with a robot arm that carries a depth camera.",
         epilog="Ctrl-C ends the exploration and keeps what there is.",
@@ -114,4 +115,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    last_resort.run(main, "explore")

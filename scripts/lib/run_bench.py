@@ -13,6 +13,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+import last_resort
 import own_network
 from interrupts import interrupt_on_signals, leave
 
@@ -87,7 +88,7 @@ def print_table(rows: list[dict[str, Any]]) -> None:
 
 def parse_arguments(words: list[str]) -> argparse.Namespace:
     benches = available()
-    parser = argparse.ArgumentParser(prog="scripts/bench", description=__doc__.split(": ", 1)[1])
+    parser = last_resort.Parser(prog="scripts/bench", description=__doc__.split(": ", 1)[1])
     parser.add_argument("names", nargs="*", metavar="NAME", help=f"default: all of {', '.join(benches)}")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows as a JSON list too")
     parser.add_argument(
@@ -149,4 +150,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    last_resort.run(main, "bench")

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import fuzzing
+import last_resort
 from interrupts import INTERRUPTED, interrupt_on_signals
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -264,7 +265,7 @@ def run_fuzzing(tally: Tally, work: Path, only: list[str], minutes: float | None
 
 
 def parse_arguments(words: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="scripts/test", description="Run every test of the workspace.")
+    parser = last_resort.Parser(prog="scripts/test", description="Run every test of the workspace.")
     parser.add_argument("packages", nargs="*", metavar="PACKAGE", help="only these packages (default: all)")
     parser.add_argument("--fast", action="store_true", help="skip the rostests and the fuzzing")
     parser.add_argument(
@@ -338,4 +339,4 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    last_resort.run(main, "test")

@@ -1,6 +1,7 @@
 #include "bindings.h"
 #include "capability_map/capability_query.h"
 #include "capability_map/seed_lookup.h"
+#include "capability_map/view_direction.h"
 
 namespace capability_map {
 namespace {
@@ -31,25 +32,46 @@ void checkViews(const Array& positions, const Array& directions) {
   }
 }
 
+/// work(i, position, direction) for each view, without the GIL; what it refuses is told with the view's
+/// number.
+template <class Work>
+void forEachView(const Array& positions, const Array& directions, const Work& work) {
+  const double* p = positions.data();
+  const double* d = directions.data();
+  const py::ssize_t count = positions.shape(0);
+  const py::gil_scoped_release release;
+  for (py::ssize_t i = 0; i < count; ++i) {
+    try {
+      work(i, Eigen::Vector3d(p + 3 * i), Eigen::Vector3d(d + 3 * i));
+    } catch (const std::invalid_argument& error) {
+      throw std::invalid_argument("view " + std::to_string(i) + ": " + error.what());
+    }
+  }
+}
+
+/// (N, 3) and (N, 3) to unit vectors (N, 3).
+Array unitDirections(const Array& positions, const Array& directions) {
+  checkViews(positions, directions);
+  Array out({positions.shape(0), py::ssize_t{3}});
+  double* unit = out.mutable_data();
+  forEachView(positions, directions, [&](py::ssize_t i, const Eigen::Vector3d& p, const Eigen::Vector3d& d) {
+    Eigen::Map<Eigen::Vector3d>(unit + 3 * i) = viewDirection(p, d);
+  });
+  return out;
+}
+
 /// (N, 3) and (N, 3) to points (N,) int64 and angles (N,).
 py::tuple nearestSeeds(const SeedLookup& lookup, const Array& positions, const Array& directions) {
   checkViews(positions, directions);
-  const py::ssize_t count = positions.shape(0);
-  py::array_t<int64_t> points(count);
-  Array angles(count);
+  py::array_t<int64_t> points(positions.shape(0));
+  Array angles(positions.shape(0));
   int64_t* point = points.mutable_data();
   double* angle = angles.mutable_data();
-  const double* p = positions.data();
-  const double* d = directions.data();
-  {
-    const py::gil_scoped_release release;
-    for (py::ssize_t i = 0; i < count; ++i) {
-      const SeedLookup::Seed seed = lookup.nearest(Eigen::Map<const Eigen::Vector3d>(p + 3 * i),
-                                                   Eigen::Map<const Eigen::Vector3d>(d + 3 * i));
-      point[i] = seed.point;
-      angle[i] = seed.angle_rad;
-    }
-  }
+  forEachView(positions, directions, [&](py::ssize_t i, const Eigen::Vector3d& p, const Eigen::Vector3d& d) {
+    const SeedLookup::Seed seed = lookup.nearest(p, d);
+    point[i] = seed.point;
+    angle[i] = seed.angle_rad;
+  });
   return py::make_tuple(points, angles);
 }
 
@@ -59,15 +81,9 @@ py::array_t<float> queryMany(const CapabilityQuery& query, const Array& position
   checkViews(positions, directions);
   py::array_t<float> out(positions.shape(0));
   float* values = out.mutable_data();
-  const double* p = positions.data();
-  const double* d = directions.data();
-  const py::ssize_t count = positions.shape(0);
-  const py::gil_scoped_release release;
-  for (py::ssize_t i = 0; i < count; ++i) {
-    const Eigen::Map<const Eigen::Vector3d> position(p + 3 * i);
-    const Eigen::Map<const Eigen::Vector3d> direction(d + 3 * i);
-    values[i] = interpolate ? query.interpolated(position, direction) : query.nearest(position, direction);
-  }
+  forEachView(positions, directions, [&](py::ssize_t i, const Eigen::Vector3d& p, const Eigen::Vector3d& d) {
+    values[i] = interpolate ? query.interpolated(p, d) : query.nearest(p, d);
+  });
   return out;
 }
 
@@ -85,7 +101,8 @@ void bindQuery(py::module_& m) {
       .def("nearest", &nearestSeeds, py::arg("positions"), py::arg("directions"),
            "Views (N, 3), (N, 3) to the number of the nearest valid point of their sphere (N,) int64, -1 "
            "where there "
-           "is none, and the angle between both directions (N,) [rad].");
+           "is none, and the angle between both directions (N,) [rad]. ValueError as "
+           "CapabilityQuery.query().");
   py::class_<CapabilityQuery>(m, "CapabilityQuery", "Answers from stored spheres.")
       .def(py::init(&makeQuery), py::arg("grid"), py::arg("view_directions"), py::arg("row_of_cell"),
            py::arg("words"), py::arg("wrist_m"), py::arg("shoulder"),
@@ -97,9 +114,11 @@ void bindQuery(py::module_& m) {
       .def_property_readonly("reach_rad", &CapabilityQuery::reachRad,
                              "How far blended directions lie from the one asked for [rad].")
       .def("query", &queryMany, py::arg("positions"), py::arg("directions"), py::arg("interpolate") = true,
-           "Tip positions (N, 3) [m] and viewing directions (N, 3), base frame, to (N,) float32 in 0..1. "
-           "Poses "
-           "outside the map or not finite: 0.");
+           "Tip positions (N, 3) [m] and viewing directions (N, 3), base frame, to (N,) float32 in 0..1; 0 "
+           "outside "
+           "the map. ValueError names a view that is not finite or has no direction.");
+  m.def("unit_directions", &unitDirections, py::arg("positions"), py::arg("directions"),
+        "Viewing directions (N, 3) of any length but 0 as unit vectors (N, 3). ValueError as query().");
 }
 
 }  // namespace capability_map

@@ -2,7 +2,7 @@ find_package(HDF5 REQUIRED COMPONENTS C)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
 file(GLOB FILE CONFIGURE_DEPENDS ${PACKAGE}/src/file/*.cpp)
 set(CORE "")
-foreach(name capability_query direction_lookup seed_lookup shape_fit sphere_grid)
+foreach(name capability_query direction_lookup seed_lookup shape_fit sphere_grid view_direction)
   list(APPEND CORE ${PACKAGE}/src/${name}.cpp)
 endforeach()
 fv_fuzz_core(capability_core SOURCES ${CORE} ${FILE}

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "capability_map/view_direction.h"
+
 namespace capability_map {
 
 namespace {
@@ -96,9 +98,7 @@ double CapabilityQuery::cellBlend(const Eigen::Vector3d& center, int direction) 
 }
 
 float CapabilityQuery::interpolated(const Eigen::Vector3d& position, const Eigen::Vector3d& direction) const {
-  const double norm = direction.norm();
-  if (!(norm > 1e-9) || !std::isfinite(norm) || !position.allFinite()) return 0.0F;
-  const Eigen::Vector3d d = direction / norm;
+  const Eigen::Vector3d d = viewDirection(position, direction);
   const double r = grid_.radius_m;
   const Eigen::Vector3d wrist = position - pivots_.wrist_m * d;
   const Eigen::Vector3d arm = position - pivots_.shoulder;
@@ -123,9 +123,7 @@ float CapabilityQuery::interpolated(const Eigen::Vector3d& position, const Eigen
 }
 
 float CapabilityQuery::nearest(const Eigen::Vector3d& position, const Eigen::Vector3d& direction) const {
-  const double norm = direction.norm();
-  if (!(norm > 1e-9) || !std::isfinite(norm) || !position.allFinite()) return 0.0F;
-  const Eigen::Vector3d d = direction / norm;
+  const Eigen::Vector3d d = viewDirection(position, direction);
   const int64_t cell = grid_.cellAt(position + grid_.radius_m * d);
   if (cell < 0) return 0.0F;
   return bit(grid_.place(cell), lookup_.nearest(d)) ? 1.0F : 0.0F;

@@ -3,6 +3,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "capability_map/view_direction.h"
+
 namespace capability_map {
 
 SeedLookup::SeedLookup(const SphereGrid& grid, const Points& view_directions, SphereBits bits)
@@ -20,9 +22,7 @@ SeedLookup::SeedLookup(const SphereGrid& grid, const Points& view_directions, Sp
 
 SeedLookup::Seed SeedLookup::nearest(const Eigen::Vector3d& position,
                                      const Eigen::Vector3d& direction) const {
-  const double norm = direction.norm();
-  if (!(norm > 1e-9) || !std::isfinite(norm) || !position.allFinite()) return {};
-  const Eigen::Vector3d d = direction / norm;
+  const Eigen::Vector3d d = viewDirection(position, direction);
   const int64_t cell = grid_.cellAt(position + grid_.radius_m * d);
   const int32_t row = cell < 0 ? -1 : bits_.row_of_cell[static_cast<size_t>(cell)];
   if (row < 0) return {};

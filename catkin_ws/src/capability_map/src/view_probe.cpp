@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "capability_map/view_direction.h"
+
 namespace capability_map {
 
 namespace ik = fv_robot_model::ik;
@@ -19,9 +21,10 @@ bool rollsAboutTipZ(const ik::SerialChain& chain) {
   return !last.prismatic && aligned && on_axis && !chain.isCoupled();
 }
 
+/// @param z A unit vector.
 Eigen::Matrix3d frameLookingAlong(const Eigen::Vector3d& z) {
   Eigen::Matrix3d R;
-  R.col(2) = z.normalized();
+  R.col(2) = z;
   R.col(0) = R.col(2).unitOrthogonal();
   R.col(1) = R.col(2).cross(R.col(0));
   return R;
@@ -109,7 +112,7 @@ double ViewProbe::decide(const Eigen::Vector3d& position, const Eigen::Vector3d&
                          double* q_witness) {
   Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
   T.translation() = position;
-  T.linear() = frameLookingAlong(direction);
+  T.linear() = frameLookingAlong(viewDirection(position, direction));
   if (roll_solver_) return decideByLastJoint(T, q_witness);
   return roll_search_ ? searchRoll(T, q_witness) : stepRoll(T, q_witness);
 }

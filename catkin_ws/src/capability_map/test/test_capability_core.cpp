@@ -4,12 +4,14 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <limits>
 #include <random>
 
 #include "capability_map/capability_query.h"
 #include "capability_map/direction_lookup.h"
 #include "capability_map/shape_fit.h"
 #include "capability_map/sphere_grid.h"
+#include "capability_map/view_direction.h"
 
 namespace capability_map {
 namespace {
@@ -55,6 +57,34 @@ TEST(DirectionLookup, RefusesDirectionsThatAreNone) {
   EXPECT_THROW(DirectionLookup(Points(0, 3), 0.5), std::invalid_argument);
   points(3, 0) = 5.0;
   EXPECT_THROW(DirectionLookup(points, 0.5), std::invalid_argument);
+}
+
+TEST(ViewDirection, IsTheSameForEveryLength) {
+  const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  std::mt19937 random(4);
+  for (int i = 0; i < 2000; ++i) {
+    const Eigen::Vector3d d = randomUnit(random);
+    EXPECT_EQ(viewDirection(origin, d), d / d.norm());  // the plain way, to the bit
+    for (const double length : {7.0, 1e-9, 1e-160, 1e-300, 1e160, 1e300}) {
+      EXPECT_LT((viewDirection(origin, length * d) - d).norm(), 1e-15 * 8) << length;
+    }
+  }
+  const double least = std::numeric_limits<double>::denorm_min();
+  const double most = std::numeric_limits<double>::max();
+  EXPECT_EQ(viewDirection(origin, {0.0, -least, 0.0}), Eigen::Vector3d(0.0, -1.0, 0.0));
+  EXPECT_NEAR(viewDirection(origin, {most, most, most}).x(), std::sqrt(1.0 / 3.0), 1e-15);
+}
+
+TEST(ViewDirection, RefusesWhereNoneIsLeft) {
+  const Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  const double inf = std::numeric_limits<double>::infinity();
+  for (const double bad : {std::nan(""), inf, -inf}) {
+    EXPECT_THROW(viewDirection(origin, {0.0, bad, 1.0}), std::invalid_argument);
+    EXPECT_THROW(viewDirection({bad, 0.0, 0.0}, up), std::invalid_argument);
+  }
+  EXPECT_THROW(viewDirection(origin, origin), std::invalid_argument);
+  EXPECT_THROW(viewDirection(origin, -origin), std::invalid_argument);
 }
 
 TEST(SphereGrid, CellsAndCentersAgree) {

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
 import resource
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -134,6 +137,86 @@ def test_a_grid_that_lies_takes_no_memory(map_path, tmp_path):
 
 
 def test_wrong_words_on_the_command_line_are_explained(map_path):
-    assert ask(map_path, "", "--no-such-option").returncode == 2
-    assert ask(map_path, "0 0 zero 0 0 1").returncode == 1
-    assert "VIEWS" in ask("--help").stderr
+    for words in (["--no-such-option"], ["--nearest", "more"]):
+        done = ask(map_path, "", *words)
+        assert (done.returncode, done.stdout) == (2, "")
+        assert done.stderr == "query: valid: MAP, or MAP --nearest; --help says more\n"
+    helped = ask("--help")
+    assert helped.returncode == 0
+    assert "VIEWS" in helped.stdout and "covered" in helped.stdout
+
+
+GOOD = "0 0 0.4 0 0 1"
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("nan 0 0 0 0 1", "'nan' is no finite number of 64 bits"),
+        ("0 0 inf 0 0 1", "'inf' is no finite number"),
+        ("0 0 zero 0 0 1", "'zero' is no finite number"),
+        ("0 0 0x10 0 0 1", "'0x10' is no finite number"),
+        ("0 0 1e400 0 0 1", "'1e400' is no finite number"),
+        ("0 0 1,5 0 0 1", "'1,5' is no finite number"),
+        ("0 0 +-1 0 0 1", "'+-1' is no finite number"),
+        ("1 2 3", "'1 2 3' has 3 numbers; valid: six, x y z dx dy dz"),
+        ("1", "'1' has 1 number; valid: six"),
+        ("1 2 3 0 0 1 9", "'1 2 3 0 0 1 9' has 7 numbers; valid: six"),
+        ("0 0 0.4 0 0 0", "direction (0, 0, 0) is not valid: three finite numbers, not all 0"),
+        ("hello", "'hello' is no finite number"),
+        ("\x00\x01\x7f\xff\x1b[31m" + 50 * "z", "'????"),
+        (5000 * "1 ", "is longer than 4096 characters"),
+    ],
+)
+def test_a_line_that_is_no_view_is_named_and_ends_it(map_path, line, told):
+    done = ask(map_path, f"{GOOD}\n\n{line}\n{GOOD}\n")
+    assert done.returncode == 1
+    assert done.stderr.startswith("query: line 3: ") and told in done.stderr
+    assert done.stderr.count("\n") == 1 and len(done.stderr) < 200
+    assert done.stdout == ask(map_path, GOOD + "\n").stdout + "\n"  # what came before is answered
+
+
+@pytest.mark.parametrize("line", [GOOD, "0 0 .4 0 0 1e-9", "\t0  0\t+0.4 0 0 1e160 ", "-0 0 0.4 -0 0 7"])
+@pytest.mark.parametrize("end", ["\n", "\r\n", ""])
+def test_one_rule_for_whatever_way_a_view_is_written(map_path, line, end):
+    done = ask(map_path, line + end)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ask(map_path, GOOD + "\n").stdout
+
+
+def test_a_line_of_answers_for_each_line_that_is_read(map_path):
+    done = ask(map_path, f"# a comment\n\n{GOOD}\n   \n  # {GOOD}\n{GOOD}")
+    answer = ask(map_path, GOOD).stdout
+    assert done.returncode == 0
+    assert done.stdout == f"# a comment\n\n{answer}   \n  # {GOOD}\n{answer}"
+    assert ask(map_path, "").stdout == ""
+
+
+def test_input_and_output_that_fail_are_told(map_path, tmp_path):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [QUERY, map_path], input=GOOD, stdout=full, stderr=subprocess.PIPE, text=True, timeout=60
+        )
+    assert (done.returncode, done.stderr) == (
+        1,
+        "query: the answers cannot be written: No space left on device\n",
+    )
+    folder = os.open(tmp_path, os.O_RDONLY)
+    done = subprocess.run([QUERY, map_path], stdin=folder, capture_output=True, text=True, timeout=60)
+    os.close(folder)
+    assert (done.returncode, done.stderr) == (1, "query: line 1: cannot be read: Is a directory\n")
+
+
+def test_a_reader_who_leaves_is_no_error(map_path):
+    process = subprocess.Popen(
+        [QUERY, map_path], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    process.stdin.write(GOOD + "\n")
+    process.stdin.flush()
+    process.stdout.readline()
+    process.stdout.close()
+    with contextlib.suppress(BrokenPipeError):
+        process.stdin.write(1000 * (GOOD + "\n"))
+        process.stdin.close()
+    assert process.stderr.read() == ""
+    assert process.wait(60) == 128 + signal.SIGPIPE

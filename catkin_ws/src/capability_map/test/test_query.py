@@ -71,23 +71,78 @@ def test_a_sphere_point_itself_answers_with_its_bit(cap):
 
 def test_poses_and_views_agree_and_roll_does_not_count(cap):
     positions, directions = views(cap, 50, 2)
-    T = np.tile(np.eye(4), (50, 1, 1))
-    T[:, :3, 3], T[:, :3, 2] = positions, directions
-    assert np.array_equal(cap.query_poses(T), cap.query(positions, directions))
+    assert np.array_equal(
+        cap.query_poses(poses_along(positions, directions)), cap.query(positions, directions)
+    )
     assert np.array_equal(
         cap.reachable(positions, directions), cap.query(positions, directions) >= cap.threshold
     )
-    assert np.array_equal(cap.query(positions, 7.0 * directions), cap.query(positions, directions))
+
+
+QUERIES = {
+    "interpolated": lambda cap, p, d: cap.query(p, d),
+    "nearest": lambda cap, p, d: cap.query(p, d, interpolate=False),
+    "poses": lambda cap, p, d: cap.query_poses(poses_along(p, d)),
+    "reachable": lambda cap, p, d: cap.reachable(p, d),
+    "covered": lambda cap, p, d: cap.covered(p, d),
+    "covered, thesis": lambda cap, p, d: cap.covered(p, d, "cover_all"),
+    "sphere rows": lambda cap, p, d: cap.sphere_rows(p, d),
+    "seeds": lambda cap, p, d: np.column_stack(cap.seeds(p, d)),
+    "placements": lambda cap, p, d: placement.placements(cap, np.eye(4)[None], p, d),
+}
+
+
+def poses_along(positions, directions) -> np.ndarray:
+    T = np.tile(np.eye(4), (len(positions), 1, 1))
+    T[:, :3, 3], T[:, :3, 2] = positions, directions
+    return T
+
+
+@pytest.mark.parametrize("name", QUERIES)
+@pytest.mark.parametrize("length", [7.0, 1e-9, 1e-160, 1e160, 1e300, 2.0**-1060])
+def test_the_length_of_a_direction_counts_in_no_query(cap, name, length):
+    positions, directions = views(cap, 400, 7)
+    directions = np.round(directions * 64.0)  # so that the shortest are not rounded on their way
+    keep = np.abs(directions).max(axis=1) > 0.0
+    answers = QUERIES[name](cap, positions[keep], directions[keep])
+    scaled = QUERIES[name](cap, positions[keep], length * directions[keep])
+    same = np.isclose(scaled, answers, atol=1e-5, equal_nan=True)
+    assert same.mean() > 0.99  # a view on the edge of a sphere may change sides by rounding
+    assert np.isfinite(answers).any()
+
+
+@pytest.mark.parametrize("name", QUERIES)
+@pytest.mark.parametrize(
+    ("position", "direction", "told"),
+    [
+        ((0, 0, 0), (0, 0, 0), r"view 2: direction \(0, 0, 0\)"),
+        ((0, 0, 0), (0, np.nan, 1), r"view 2: direction \(0, nan, 1\)"),
+        ((0, 0, 0), (np.inf, 0, 1), r"view 2: direction \(inf, 0, 1\)"),
+        ((0, -np.inf, 0), (0, 0, 1), r"view 2: position \(0, -inf, 0\)"),
+        ((np.nan, 0, 0), (0, 0, 1), r"view 2: position \(nan, 0, 0\)"),
+    ],
+)
+def test_no_query_answers_what_is_no_view(cap, name, position, direction, told):
+    positions, directions = views(cap, 4, 8)
+    positions[2], directions[2] = position, direction
+    if name == "placements":  # base poses turn views, which leaves of them what it leaves
+        told = "view 2: "
+    with pytest.raises(ValueError, match=told):
+        QUERIES[name](cap, positions, directions)
 
 
 @given(st.lists(st.tuples(*[st.floats(allow_nan=True, allow_infinity=True)] * 6), min_size=0, max_size=20))
 @settings(max_examples=200, deadline=None)
-def test_any_numbers_get_an_answer_between_0_and_1(cap, rows):
+def test_any_numbers_get_an_answer_between_0_and_1_or_are_refused(cap, rows):
     numbers = np.array(rows, float).reshape(-1, 6)
+    good = np.isfinite(numbers).all(axis=1) & (numbers[:, 3:] != 0.0).any(axis=1)
     for interpolate in (True, False):
-        answers = cap.query(numbers[:, :3], numbers[:, 3:], interpolate)
-        assert answers.shape == (len(numbers),)
+        answers = cap.query(numbers[good, :3], numbers[good, 3:], interpolate)
+        assert answers.shape == (good.sum(),)
         assert ((answers >= 0.0) & (answers <= 1.0 + 1e-6)).all()
+        if not good.all():
+            with pytest.raises(ValueError, match=f"view {int(np.argmin(good))}: "):
+                cap.query(numbers[:, :3], numbers[:, 3:], interpolate)
 
 
 def test_wrong_shapes_are_refused(cap):

@@ -51,10 +51,10 @@ class CapabilityQuery {
   /// A stored direction is not the one asked for. Two motions lead from one to the other, and both have their
   /// say with equal weight: turning the tip about the wrist, for an arm whose wrist bends that much more, and
   /// turning the whole arm about the shoulder.
-  /// 0 outside the grid and for numbers that are not finite or a direction without length.
+  /// 0 outside the grid. @throws std::invalid_argument as viewDirection().
   float interpolated(const Eigen::Vector3d& position, const Eigen::Vector3d& direction) const;
 
-  /// 1 or 0: the bit of the nearest direction in the sphere that the view belongs to.
+  /// 1 or 0: the bit of the nearest direction in the sphere that the view belongs to. Errors likewise.
   float nearest(const Eigen::Vector3d& position, const Eigen::Vector3d& direction) const;
 
   /// How far stored directions may lie from the one asked for [rad]: 1.5 times their spacing.

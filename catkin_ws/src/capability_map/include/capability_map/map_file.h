@@ -35,8 +35,8 @@ struct MapFile {
 
   CapabilityQuery query() const { return {grid, view_directions, bits, pivots}; }
   SeedLookup seeds() const { return {grid, view_directions, bits}; }
-  /// Does the shape of the view's sphere cover it? Compact but coarse; false outside and for numbers that are
-  /// not finite.
+  /// Does the shape of the view's sphere cover it? Compact but coarse; false outside.
+  /// @throws std::invalid_argument as viewDirection().
   bool covered(const Eigen::Vector3d& position, const Eigen::Vector3d& direction) const;
   /// The configuration that holds a valid point. @param q Room for J values.
   void witness(int64_t point, double* q) const;

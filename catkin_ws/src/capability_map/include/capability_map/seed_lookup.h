@@ -23,7 +23,7 @@ class SeedLookup {
   SeedLookup(const SphereGrid& grid, const Points& view_directions, SphereBits bits);
 
   /// The valid point of least angle in the sphere that the view belongs to (around p + r d). None outside the
-  /// grid, in an empty sphere, and for numbers that are not finite or a direction without length.
+  /// grid and in an empty sphere. @throws std::invalid_argument as viewDirection().
   Seed nearest(const Eigen::Vector3d& position, const Eigen::Vector3d& direction) const;
 
  private:

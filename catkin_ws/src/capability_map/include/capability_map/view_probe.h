@@ -43,7 +43,8 @@ class ViewProbe {
   ViewProbe(const fv_robot_model::RobotModel& model, const std::string& group,
             const ProbeOptions& options = {});
 
-  /// @param position Tip position in the group's base frame [m]. @param direction Unit vector of the tip's z.
+  /// @param position Tip position in the group's base frame [m]. @param direction The tip's z, of any length
+  ///        but 0. @throws std::invalid_argument as viewDirection().
   /// @param q_witness Room for dof() values: a configuration that holds the view, the one of largest
   ///        manipulability at the first roll that works.
   /// @return its manipulability, or a negative number when the view cannot be held.

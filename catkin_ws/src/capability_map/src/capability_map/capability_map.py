@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from capability_map import shapes, store
-from capability_map._core import CapabilityQuery, SeedLookup, SphereGrid
+from capability_map._core import CapabilityQuery, SeedLookup, SphereGrid, unit_directions
 from capability_map.errors import CapabilityMapError
 from capability_map.identity import urdf_hash
 
@@ -60,7 +60,10 @@ class CapabilityMap:
         :param interpolate: weigh the 8 spheres and the directions around the view (capability_query.h says how); else
             the bit of the nearest.
 
-        Views outside the map, not finite, or without direction get 0.
+        Views outside the map get 0.
+
+        :raises ValueError: a position or direction is not finite, or a direction is 0; names the view. All queries
+            hold to this.
         """
         return self._query.query(positions, directions, interpolate)
 
@@ -82,9 +85,8 @@ class CapabilityMap:
 
         :param rule: "least_error", or "cover_all", the thesis's opening angle.
         """
-        d = np.asarray(directions, float)
-        d = d / np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-12)
-        return shapes.covered(self.data.shapes, rule, self.sphere_rows(positions, d), -d)
+        d = unit_directions(positions, directions)
+        return shapes.covered(self.data.shapes, rule, self._rows(positions, d), -d)
 
     @property
     def radius(self) -> float:
@@ -114,6 +116,10 @@ class CapabilityMap:
 
     def sphere_rows(self, positions: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Return (N,) the row of the sphere that each view belongs to: the one around p + r d; -1 where it is empty."""
+        return self._rows(positions, unit_directions(positions, directions))
+
+    def _rows(self, positions: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """As sphere_rows() for unit vectors."""
         centers = np.asarray(positions, float) + self.radius * np.asarray(directions, float)
         place = np.floor((centers - self.grid.origin) / (2.0 * self.radius))
         inside = ((place >= 0) & (place < self.data.grid_size)).all(axis=1)

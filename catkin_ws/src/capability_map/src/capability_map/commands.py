@@ -1,9 +1,10 @@
-"""The commands `build` and `info`: their arguments, and what they print."""
+"""The commands `build`, `info`, `check` and `show`: their arguments, and what they print."""
 
 from __future__ import annotations
 
 import argparse
 import dataclasses
+import functools
 import sys
 import time
 from collections.abc import Callable
@@ -13,10 +14,14 @@ from capability_map import shapes, store
 from capability_map.errors import CapabilityMapError
 from capability_map.parameters import BuildParameters
 from capability_map.paths import default_map_path
+from fv_common.command import Parser
 
 
 def run_command(command: Callable[[list[str]], None], arguments: list[str] | None = None) -> int:
-    """Run a command; an expected failure becomes one line on stderr and exit code 1, Ctrl-C 130."""
+    """Run a command; an expected failure becomes one line on stderr and exit code 1, Ctrl-C 130.
+
+    The rest is fv_common.command's.
+    """
     try:
         command(sys.argv[1:] if arguments is None else arguments)
     except CapabilityMapError as err:
@@ -25,13 +30,11 @@ def run_command(command: Callable[[list[str]], None], arguments: list[str] | Non
     except KeyboardInterrupt:
         print("\ncapability_map: interrupted; start the same command again to go on", file=sys.stderr)
         return 130
-    except BrokenPipeError:
-        return 0
     return 0
 
 
 def _build_arguments(arguments: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(
+    parser = Parser(
         prog="build",
         description="Build the capability map of an arm; goes on where an interrupted build stopped.",
     )
@@ -196,7 +199,7 @@ def summary(data: store.MapData) -> str:
 
 def info_command(arguments: list[str]) -> None:
     """`rosrun capability_map info`."""
-    parser = argparse.ArgumentParser(prog="info", description="Say what a capability map holds.")
+    parser = Parser(prog="info", description="Say what a capability map holds.")
     parser.add_argument("map", type=Path, help="map file")
     data = store.load(parser.parse_args(arguments).map)
     print(f"{data.robot}/{data.group}: {data.base_frame} -> {data.tip_frame}, URDF {data.urdf_sha256}")
@@ -218,9 +221,7 @@ def check_command(arguments: list[str]) -> None:
     from capability_map.capability_map import CapabilityMap
     from capability_map.robots import load_arm
 
-    parser = argparse.ArgumentParser(
-        prog="check", description="Compare a map's answers with fresh inverse kinematics."
-    )
+    parser = Parser(prog="check", description="Compare a map's answers with fresh inverse kinematics.")
     parser.add_argument("map", type=Path, help="map file")
     parser.add_argument("--robot", help="robot of hubo_description (default: the one named in the map)")
     parser.add_argument("--views", type=int, default=20000, help="random views (default: 20000)")
@@ -246,9 +247,7 @@ def show_command(arguments: list[str]) -> None:
     from capability_map.capability_map import CapabilityMap
     from capability_map.pictures import draw_all
 
-    parser = argparse.ArgumentParser(
-        prog="show", description="Draw a map: spikes, index in two cuts, shapes (PNG)."
-    )
+    parser = Parser(prog="show", description="Draw a map: spikes, index in two cuts, shapes (PNG).")
     parser.add_argument("map", type=Path, help="map file")
     parser.add_argument("--out", type=Path, help="folder for the pictures (default: <map>_pictures)")
     options = parser.parse_args(arguments)
@@ -259,3 +258,9 @@ def show_command(arguments: list[str]) -> None:
             print(f"wrote {path}")
     except OSError as err:
         raise CapabilityMapError(f"cannot write pictures: {err}") from err
+
+
+build_main = functools.partial(run_command, build_command)
+info_main = functools.partial(run_command, info_command)
+check_main = functools.partial(run_command, check_command)
+show_main = functools.partial(run_command, show_command)

@@ -26,10 +26,15 @@ def matrix_from_transform(transform: Transform) -> np.ndarray:
 
 
 def _matrices(positions: np.ndarray, quaternions: np.ndarray) -> np.ndarray:
-    good = np.isfinite(positions).all(axis=1) & (np.abs(np.linalg.norm(quaternions, axis=1) - 1.0) < 1e-3)
+    lengths = np.linalg.norm(quaternions, axis=1, keepdims=True)
+    good = np.isfinite(positions).all(axis=1) & (np.abs(lengths[:, 0] - 1.0) < 1e-3)
     if not good.all():
-        raise ValueError(f"pose {int(np.argmin(good))} has no unit quaternion or is not finite")
-    x, y, z, w = (quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)).T
+        i = int(np.argmin(good))
+        raise ValueError(
+            f"pose {i}: position {positions[i].tolist()}, quaternion x y z w {quaternions[i].tolist()}; valid: finite, "
+            "of unit length"
+        )
+    x, y, z, w = (quaternions / lengths).T
     T = np.tile(np.eye(4), (len(positions), 1, 1))
     T[:, 0, :3] = np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)], axis=1)
     T[:, 1, :3] = np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)], axis=1)

@@ -20,7 +20,9 @@ from capability_map.conversions import (
     matrices_from_poses,
     matrix_from_transform,
 )
+from capability_map.errors import CapabilityMapError
 from capability_map.paths import default_map_path
+from fv_common.ros_master import missing_parameter, wait_for_master
 
 
 class CapabilityNode:
@@ -123,8 +125,17 @@ def _shape_marker(cap: CapabilityMap, header: Header, most: int) -> Marker:
     return marker_from_points(Marker.TRIANGLE_LIST, points, colors, (1.0, 1.0, 1.0), "shapes", header)
 
 
-def main() -> None:
-    """Run the node until it is shut down."""
+def main() -> int:
+    """Run the node until it is shut down; the exit code."""
+    wait_for_master("capability_node")
     rospy.init_node("capability_map")
-    node = CapabilityNode()  # noqa: F841  keeps its service and publishers alive
+    try:
+        _node = CapabilityNode()  # keeps its service and publishers alive
+    except KeyError as err:
+        rospy.logfatal("capability_node cannot start: %s", missing_parameter(err))
+        return 1
+    except (CapabilityMapError, ValueError, OSError) as err:
+        rospy.logfatal("capability_node cannot start: %s", err)
+        return 1
     rospy.spin()
+    return 0

@@ -143,23 +143,29 @@ def load(path: Path) -> MapData:
 
 def _verified(path: Path) -> bytes:
     try:
-        content = Path(path).read_bytes()
+        with Path(path).open("rb") as file:
+            content = file.read(_BLOCK)
+            _check_magic(path, content)
+            content += file.read()
     except OSError as err:
         raise CapabilityMapError(f"cannot read capability map {path}: {err.strerror}") from err
-    if content.startswith(_ANY_VERSION) and not content.startswith(_MAGIC):
-        version = content[len(_ANY_VERSION) :].split(b" ", 1)[0].decode(errors="replace")
-        raise CapabilityMapError(
-            f"{path} is not a capability map of schema {SCHEMA_VERSION} but {version[:20]!r}; build it again"
-        )
-    if not content.startswith(_MAGIC):
-        raise CapabilityMapError(
-            f"{path} is not a capability map (no `{_MAGIC.decode().strip()}` line in front)"
-        )
     told = content[len(_MAGIC) : len(_MAGIC) + 64]
     found = hashlib.sha256(content[_BLOCK:]).hexdigest().encode()
     if told != found or len(content) <= _BLOCK:
         raise CapabilityMapError(f"{path} is damaged: its content does not fit its checksum; build it again")
     return content
+
+
+def _check_magic(path: Path, start: bytes) -> None:
+    """Before the rest of another file, of whatever size, is read."""
+    if start.startswith(_MAGIC):
+        return
+    if start.startswith(_ANY_VERSION):
+        version = start[len(_ANY_VERSION) :].split(b" ", 1)[0].decode(errors="replace")
+        raise CapabilityMapError(
+            f"{path} is not a capability map of schema {SCHEMA_VERSION} but {version[:20]!r}; build it again"
+        )
+    raise CapabilityMapError(f"{path} is not a capability map (no `{_MAGIC.decode().strip()}` line in front)")
 
 
 def _check_size(name: str, item: h5py.Dataset | h5py.Group, file_bytes: int) -> None:

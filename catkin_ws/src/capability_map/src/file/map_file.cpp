@@ -3,10 +3,13 @@
 #include <openssl/evp.h>
 
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 
+#include "capability_map/view_direction.h"
 #include "hdf5_reader.h"
 
 namespace capability_map {
@@ -32,15 +35,20 @@ std::string sha256(const char* bytes, size_t count) {
   return hex;
 }
 
-/// The whole file, once its checksum is right: HDF5 never sees a damaged one.
+/// The whole file, once its checksum is right: HDF5 never sees a damaged one. Of another file only the start
+/// is read.
 std::vector<char> verified(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
-  std::vector<char> content{std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
-  if (!file) throw MapFileError("cannot read capability map " + path);
+  std::vector<char> content(kBlock);
+  if (!file || file.read(content.data(), kBlock).bad()) {
+    throw MapFileError("cannot read capability map " + path + ": " + std::strerror(errno));
+  }
+  content.resize(static_cast<size_t>(file.gcount()));
   const std::string magic = "capability_map " + std::to_string(kSchema) + " sha256 ";
-  if (content.size() <= kBlock || std::string(content.data(), magic.size()) != magic) {
+  if (content.size() < kBlock || std::string(content.data(), magic.size()) != magic) {
     throw MapFileError(path + " is not a capability map of schema " + std::to_string(kSchema));
   }
+  content.insert(content.end(), std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
   const std::string told(content.data() + magic.size(), 64);
   if (told != sha256(content.data() + kBlock, content.size() - kBlock)) {
     throw MapFileError(path + " is damaged: its content does not fit its checksum; build it again");
@@ -156,9 +164,7 @@ MapFile read(const Hdf5Reader& file) {
 }  // namespace
 
 bool MapFile::covered(const Eigen::Vector3d& position, const Eigen::Vector3d& direction) const {
-  const double norm = direction.norm();
-  if (!(norm > 1e-9) || !std::isfinite(norm) || !position.allFinite()) return false;
-  const Eigen::Vector3d d = direction / norm;
+  const Eigen::Vector3d d = viewDirection(position, direction);
   const int64_t cell = grid.cellAt(position + grid.radius_m * d);
   const int32_t row = cell < 0 ? -1 : bits.row_of_cell[static_cast<size_t>(cell)];
   return row >= 0 && shapes[static_cast<size_t>(row)].covers(-d);

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from fv_common.command import Parser
 from fv_exploration import (
     EvaluationConfig,
     Evaluator,
@@ -38,9 +39,9 @@ MAX_RAYS = 10_000_000
 """Of Algorithm 1: a whole building has more frontier and more voids than are worth each other's rays."""
 
 
-def parse(arguments: list[str]) -> argparse.Namespace:
+def parse(arguments: list[str] | None) -> argparse.Namespace:
     """The command line; numbers in metres."""
-    parser = argparse.ArgumentParser(prog="evaluate_cloud", description=__doc__)
+    parser = Parser(prog="evaluate_cloud", description=__doc__)
     parser.add_argument("files", nargs="+", type=Path, metavar="FILE", help="PCD, OctoMap .graph, rosbag")
     parser.add_argument("--out", type=Path, default=Path("evaluation"), help="folder for the results")
     parser.add_argument(
@@ -64,7 +65,7 @@ def parse(arguments: list[str]) -> argparse.Namespace:
     return parser.parse_args(arguments)
 
 
-def main(arguments: list[str]) -> int:
+def main(arguments: list[str] | None = None) -> int:
     """Evaluate each file; 0, or 1 after one line for each file that cannot be evaluated."""
     options = parse(arguments)
     paths = list(dict.fromkeys(Path(os.path.abspath(path)) for path in options.files))

@@ -16,6 +16,7 @@ from fv_msgs.msg import AttachedObjects, ExploreAction, ExploreFeedback, Explore
 from numpy.typing import NDArray
 
 from capability_map import CapabilityMap, default_map_path
+from fv_common.ros_master import wait_for_master
 from fv_exploration import (
     EvaluationConfig,
     Evaluator,
@@ -287,3 +288,16 @@ class ExploreServer:
         )
         audience.volume(bounds, clearance_boxes(self._clearance(), self._robot.pose_of))
         return audience
+
+
+def main() -> int:
+    """Run the node until it is shut down; the exit code."""
+    wait_for_master("explore_node")
+    rospy.init_node("fv_exploration")
+    try:
+        _server = ExploreServer()
+    except (KeyError, OSError, ValueError) as error:
+        rospy.logfatal("explore_node cannot start: %s", error)
+        return 1
+    rospy.spin()
+    return 0

@@ -15,6 +15,8 @@ import rospkg
 import rospy
 from std_msgs.msg import String
 
+from fv_common.command import Parser
+from fv_common.ros_master import require_master
 from fv_viz.session import Session
 
 DESCRIPTION = "/fv_viz/robot_description"  # carries the parameter of that name, which no bag would hold
@@ -37,9 +39,7 @@ TOPICS = (
 
 def record_main(arguments: list[str] | None = None) -> int:
     """rosrun fv_viz record FILE: record until interrupted; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="rosrun fv_viz record", description="Record a run's topics until Ctrl-C."
-    )
+    parser = Parser(prog="rosrun fv_viz record", description="Record a run's topics until Ctrl-C.")
     parser.add_argument("file", type=Path, help=f"bag to write, such as RUN_DIR/{BAG}")
     parser.add_argument(
         "--topic", action="append", default=[], metavar="NAME", help="another topic to record"
@@ -47,6 +47,7 @@ def record_main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(rospy.myargv(arguments or sys.argv)[1:])
     if not options.file.parent.is_dir():
         return _failed(f"no folder {options.file.parent}")
+    require_master()
     rospy.init_node("fv_record", disable_signals=True)
     publisher = rospy.Publisher(DESCRIPTION, String, latch=True, queue_size=1)
     publisher.publish(rospy.get_param("/robot_description", ""))
@@ -71,9 +72,7 @@ def _until_interrupted(recorder: subprocess.Popen, file: Path) -> int:
 
 def replay_main(arguments: list[str] | None = None) -> int:
     """rosrun fv_viz replay BAG|RUN_DIR: play with /clock into RViz; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="rosrun fv_viz replay", description="Play a recorded run into RViz."
-    )
+    parser = Parser(prog="rosrun fv_viz replay", description="Play a recorded run into RViz.")
     parser.add_argument("bag", type=Path, help=f"bag, or run folder with {BAG}")
     parser.add_argument("--rate", type=float, default=1.0, help="speed (%(default)s)")
     parser.add_argument("--no-rviz", action="store_true", help="only play")
@@ -142,9 +141,7 @@ def _wait_for_listener(topic: str, timeout_s: float = 120.0) -> None:
 
 def mcap_main(arguments: list[str] | None = None) -> int:
     """rosrun fv_viz to_mcap BAG OUT: convert for Foxglove; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="rosrun fv_viz to_mcap", description="Turn a bag into MCAP for Foxglove."
-    )
+    parser = Parser(prog="rosrun fv_viz to_mcap", description="Turn a bag into MCAP for Foxglove.")
     parser.add_argument("bag", type=Path, help=f"bag, or run folder with {BAG}")
     parser.add_argument("out", type=Path, help="folder to make, with the .mcap file in it")
     options = parser.parse_args(arguments)

@@ -17,6 +17,7 @@ from fv_msgs.srv import Screenshot, ScreenshotRequest, ScreenshotResponse
 from PIL import Image as Picture
 from std_msgs.msg import String
 
+from fv_common.ros_master import wait_for_master
 from fv_viz import decisions, framing, legend
 from fv_viz.config import ScreenshotConfig, VizConfig
 from fv_viz.offscreen.camera import Camera
@@ -140,6 +141,7 @@ class ScreenshotNode:
 
 def main() -> int:
     """Run the node; returns the exit code."""
+    wait_for_master("screenshot_node")
     rospy.init_node("fv_screenshot")
     try:
         node = ScreenshotNode()

@@ -16,6 +16,7 @@ from sensor_msgs.msg import Image, JointState, PointCloud2
 from std_msgs.msg import Header, String
 from visualization_msgs.msg import MarkerArray
 
+from fv_common.ros_master import wait_for_master
 from fv_viz import decisions, legend, packing, presence, shapes
 from fv_viz.config import VizConfig
 from fv_viz.evaluation import EvaluationDrawing
@@ -202,6 +203,7 @@ class VizNode:
 
 def main() -> int:
     """Run the node; returns the exit code."""
+    wait_for_master("viz_node")
     rospy.init_node("fv_viz")
     try:
         node = VizNode()

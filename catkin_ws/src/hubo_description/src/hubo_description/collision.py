@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from fv_common.native_output import native_output_hidden
 from hubo_description.bullet_urdf import mimic_positions, urdf_for_bullet
 from hubo_description.errors import RobotDescriptionError
-from hubo_description.native import native_output_hidden
 from hubo_description.robot import Robot
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import itertools
 import os
 import sys
@@ -11,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fv_common.command import Parser
 from fv_robot_model import RobotModel
 from hubo_description.collision import SelfCollision
 from hubo_description.errors import RobotDescriptionError
@@ -197,7 +197,7 @@ def write_pairs(path: Path, reasons: dict[Pair, str]) -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Command line: ``compute_disabled_pairs --robot NAME``; 0 on success."""
-    parser = argparse.ArgumentParser(description="Compute the SRDF's disabled collision pairs by sampling.")
+    parser = Parser(description="Compute the SRDF's disabled collision pairs by sampling.")
     parser.add_argument("--robot", required=True, help=f"name or folder; one of {', '.join(list_robots())}")
     parser.add_argument("--samples", type=int, default=3000, help="configurations to try (default 3000)")
     parser.add_argument("--seed", type=int, default=0, help="of the random configurations (default 0)")

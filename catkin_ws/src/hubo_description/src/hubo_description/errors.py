@@ -1,5 +1,7 @@
 """The one error of this package."""
 
+from fv_common.errors import UserError
 
-class RobotDescriptionError(ValueError):
+
+class RobotDescriptionError(UserError, ValueError):
     """A robot's files are missing, broken or contradict each other; the text names file, value and valid choices."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
 import dataclasses
 import sys
 
+import rosgraph
+
+from fv_common.command import Parser
 from hubo_description.check import bare_links_text, check_robot
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.robot import Robot, list_robots, load_robot
@@ -34,8 +36,6 @@ def upload(robot: Robot) -> None:
 
     :raises OSError: no master answers.
     """
-    import rosgraph  # the loader itself works on machines without a ROS master
-
     master = rosgraph.Master("/upload_robot")
     master.getPid()  # fail before the first parameter, not in the middle
     for name, value in parameters(robot).items():
@@ -44,14 +44,14 @@ def upload(robot: Robot) -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Command line: ``upload_robot --robot NAME [--check]``; 0 on success."""
-    parser = argparse.ArgumentParser(description="Put a robot's description on the parameter server.")
+    parser = Parser(description="Put a robot's description on the parameter server.")
     parser.add_argument("--robot", default="hubo", help=f"name or folder; one of {', '.join(list_robots())}")
     parser.add_argument(
         "--check",
         action="store_true",
         help="only check the robot: its files, and all that nodes make of them; needs no ROS master",
     )
-    args, _ = parser.parse_known_args(argv)  # rosrun appends __name:= and the like
+    args = parser.parse_args(rosgraph.myargv(sys.argv if argv is None else ["", *argv])[1:])
     try:
         robot = load_robot(args.robot)
         notes = check_robot(robot)

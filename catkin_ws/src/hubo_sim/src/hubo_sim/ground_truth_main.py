@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 
+from fv_common.command import Parser
 from hubo_sim.errors import SimError
 from hubo_sim.files import write_whole
 from hubo_sim.ground_truth import TruthRequest, octree_bytes, true_voxels
@@ -17,7 +18,7 @@ from hubo_sim.worlds import load_world
 
 def parse_args(argv: list[str]) -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(prog="ground_truth", description=__doc__)
+    parser = Parser(prog="ground_truth", description=__doc__)
     parser.add_argument("--world", required=True, help="name of a world or path of its YAML file")
     parser.add_argument("--robot", default="hubo", help="robot of hubo_description (default: %(default)s)")
     parser.add_argument(

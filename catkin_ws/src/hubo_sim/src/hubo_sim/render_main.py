@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 
+from fv_common.command import Parser
 from hubo_sim.errors import SimError
 from hubo_sim.files import write_whole
 from hubo_sim.pictures import render_scene
@@ -14,7 +15,7 @@ from hubo_sim.worlds import ViewPoint, load_world
 
 def parse_args(argv: list[str]) -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(prog="render_scene", description=__doc__)
+    parser = Parser(prog="render_scene", description=__doc__)
     parser.add_argument("--world", required=True, help="name of a world or path of its YAML file")
     parser.add_argument(
         "--robot", default="hubo", help="robot of hubo_description, '' for none (default: %(default)s)"

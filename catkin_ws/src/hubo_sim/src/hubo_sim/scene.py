@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from hubo_sim.bullet import BulletClient, native_output_hidden, pybullet, pybullet_data
+from fv_common.native_output import native_output_hidden
+from hubo_sim.bullet import BulletClient, pybullet, pybullet_data
 from hubo_sim.errors import SimError
 from hubo_sim.models import sdf_for_bullet, urdf_for_bullet
 from hubo_sim.textures import has_texture

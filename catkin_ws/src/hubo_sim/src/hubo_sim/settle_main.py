@@ -10,6 +10,7 @@ import numpy as np
 import yaml
 from scipy.spatial.transform import Rotation
 
+from fv_common.command import Parser
 from hubo_sim.errors import SimError
 from hubo_sim.files import write_whole
 from hubo_sim.settle import largest_way, settle
@@ -18,7 +19,7 @@ from hubo_sim.worlds import World, load_world
 
 def parse_args(argv: list[str]) -> argparse.Namespace:
     """The command line."""
-    parser = argparse.ArgumentParser(prog="settle_world", description=__doc__)
+    parser = Parser(prog="settle_world", description=__doc__)
     parser.add_argument("--world", required=True, help="path of a world's YAML file")
     parser.add_argument("--out", required=True, help="YAML file to write (comments are not kept)")
     parser.add_argument("--still", nargs="*", default=["floor"], help="objects that stay (default: floor)")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import sys
 
-import rosgraph
 import rospy
 
+from fv_common.ros_master import wait_for_master
 from hubo_sim.errors import SimError
 from hubo_sim.ros_params import robot_spec, sim_config
 from hubo_sim.sim_node import SimNode
@@ -29,8 +29,7 @@ def print_worlds() -> None:
 
 def run_node() -> None:
     """Build the simulator from the parameter server and run it until shutdown. Raises SimError."""
-    if not rosgraph.is_master_online():
-        raise SimError(f"no ROS master at {rosgraph.get_master_uri()}")
+    wait_for_master("sim_node")
     rospy.set_param("/use_sim_time", True)
     rospy.init_node("hubo_sim")
     config = sim_config()

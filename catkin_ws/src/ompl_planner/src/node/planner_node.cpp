@@ -10,6 +10,7 @@
 #include "action_servers.h"
 #include "current_planner.h"
 #include "execution.h"
+#include "fv_common/last_resort.h"
 #include "map_keeper.h"
 #include "path_publisher.h"
 #include "planning.h"
@@ -86,6 +87,7 @@ void runNode(const sigset_t& signals) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  fv_common::endInOneLine();
   const sigset_t signals = holdEndSignals();
   ros::init(argc, argv, "ompl_planner", ros::init_options::NoSigintHandler);
   try {

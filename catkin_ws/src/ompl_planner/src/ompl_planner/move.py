@@ -19,6 +19,9 @@ from fv_msgs.msg import (
 )
 from geometry_msgs.msg import Pose
 
+from fv_common.command import Parser
+from fv_common.ros_master import require_master
+
 CONNECT_S = 5.0
 POLL_S = 0.02
 
@@ -39,9 +42,9 @@ def parse_joint(text: str) -> tuple[str, float]:
         raise argparse.ArgumentTypeError(f"'{value}' is not a number of radians") from err
 
 
-def parser() -> argparse.ArgumentParser:
+def parser() -> Parser:
     """The options, with their units."""
-    result = argparse.ArgumentParser(prog="move", description=__doc__)
+    result = Parser(prog="move", description=__doc__)
     goal = result.add_mutually_exclusive_group(required=True)
     goal.add_argument("--named", metavar="NAME", help="named pose of the group (SRDF group_state)")
     goal.add_argument("--joints", nargs="+", type=parse_joint, metavar="JOINT=RAD", help="joint values [rad]")
@@ -176,6 +179,7 @@ def move(args: argparse.Namespace) -> int:
 def main(argv: list[str] | None = None) -> int:
     """Entry point of ``rosrun ompl_planner move``."""
     args = parser().parse_args(rospy.myargv(argv)[1:] if argv is None else argv)
+    require_master()
     try:
         rospy.init_node("move", anonymous=True, disable_signals=True)
         return move(args)

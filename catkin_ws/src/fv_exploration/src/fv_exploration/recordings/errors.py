@@ -9,6 +9,8 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from fv_common.errors import Notice, UserError
+
 Warn = Callable[[str], None]
 """Takes one line that says what was seen and what was done about it."""
 
@@ -16,11 +18,11 @@ UNIT_TOLERANCE = 1e-2
 """A quaternion whose length is this far from 1 was not meant as it stands; rounding stays far below."""
 
 
-class RecordingError(ValueError):
+class RecordingError(UserError, ValueError):
     """A recorded file cannot be used; the text names the file and what would be valid."""
 
 
-class RecordingWarning(UserWarning):
+class RecordingWarning(Notice):
     """Something of a recording was left out or replaced; the text says what."""
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from fv_common.command import Parser
 from fv_viz.figures import compose, gallery, sources
 from fv_viz.figures.catalogue import CAPTIONS, FIGURES
 from fv_viz.figures.material import Material
@@ -19,7 +20,7 @@ from fv_viz.figures.stage import Stage
 def parse(arguments: list[str] | None) -> argparse.Namespace:
     """The command line."""
     text = "Draw the thesis's figures off-screen from data of our own."
-    parser = argparse.ArgumentParser(prog="scripts/figures", description=text)
+    parser = Parser(prog="scripts/figures", description=text)
     parser.add_argument("--only", metavar="N,N", help=f"some of {','.join(FIGURES)}")
     parser.add_argument(
         "--out", type=Path, default=Path("figures"), help="folder for the pictures (%(default)s)"

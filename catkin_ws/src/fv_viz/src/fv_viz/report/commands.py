@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 from pathlib import Path
 
+from fv_common.command import Parser
 from fv_viz.report import run_data
 from fv_viz.report.compare import comparison
 from fv_viz.report.page import report
@@ -14,9 +14,7 @@ from fv_viz.report.page import report
 
 def report_main(arguments: list[str] | None = None) -> int:
     """rosrun fv_viz report RUN_DIR [--out FILE]; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="rosrun fv_viz report", description="Write the report of a run folder."
-    )
+    parser = Parser(prog="rosrun fv_viz report", description="Write the report of a run folder.")
     parser.add_argument("run", type=Path, help="folder that scripts/explore left behind")
     parser.add_argument("--out", type=Path, help="file to write; default: report.html in the folder")
     options = parser.parse_args(arguments)
@@ -34,9 +32,7 @@ def report_main(arguments: list[str] | None = None) -> int:
 
 def compare_main(arguments: list[str] | None = None) -> int:
     """rosrun fv_viz compare RUN_DIR RUN_DIR... [--out FILE] [--force]; returns the exit code."""
-    parser = argparse.ArgumentParser(
-        prog="rosrun fv_viz compare", description="Draw several runs in one page."
-    )
+    parser = Parser(prog="rosrun fv_viz compare", description="Draw several runs in one page.")
     parser.add_argument("runs", type=Path, nargs="+", help="folders that scripts/explore left behind")
     parser.add_argument(
         "--out", type=Path, default=Path("comparison.html"), help="file to write (%(default)s)"

@@ -1,0 +1,1 @@
+"""What every package may use, and that knows no robot. Importing it costs nothing; see its modules."""
