@@ -38,7 +38,6 @@ class Entry:
 
 PLACEHOLDERS = {
     "FOLDER": ARM,  # a changed copy of the youBot arm: see CHANGES
-    "RUN_DIR...": "run run2",
     "RUN...": "run2",
     "RUN_DIR": "run",
     "RUN": "run",  # left by the first command of README.md, else by BEFORE
@@ -83,7 +82,7 @@ ENTRIES: dict[str, Entry] = {
         "a whole one takes minutes",
     ),
     "scripts/explore --shared-network": Entry(
-        f"scripts/explore --shared-network --robot free_camera --world empty {SHORT_RUN} --out run_shared",
+        f"scripts/explore --shared-network --robot free_camera --world empty {SHORT_RUN} --out $(mktemp -d -p .)",
         "a whole one takes minutes",
     ),
     "python3 scripts/lib/own_network.py rosrun fv_viz replay RUN": Entry(
@@ -112,6 +111,7 @@ ENTRIES: dict[str, Entry] = {
     "rostest hubo_sim sim.test": Entry('ls "$(rospack find hubo_sim)/test/sim.test"', "scripts/test runs it"),
     # commands that end
     "rosrun fv_viz replay RUN": Entry("rosrun fv_viz replay run --rate 20", "a run is as long as it was"),
+    "rosrun fv_viz compare RUN_DIR...": Entry("rosrun fv_viz compare run run2 --out compared.html"),
     "rosrun fv_exploration evaluate_cloud FILE...": Entry("rosrun fv_exploration evaluate_cloud sphere.pcd"),
     "rosrun fv_exploration evaluate_cloud FILE... --out DIR": Entry(
         "rosrun fv_exploration evaluate_cloud sphere.pcd --out clouds"
