@@ -35,7 +35,6 @@ STATUS_NAMES = {
 }
 RECORDING = "recording.bag"
 VIDEO = "scene.gif"
-ITERATIVE = "kdl"  # the family of inverse kinematics that knows no closed form
 CANCEL_TIMEOUT_S = 60.0
 PICTURE_TIMEOUT_S = 60.0
 
@@ -240,7 +239,7 @@ class ExplorationNodes:
         if default_map_path(self.robot.name, group).exists():
             return False
         model = load_arm(self._arguments.robot, group).model()
-        return make_ik_solver(model, group).family == ITERATIVE
+        return make_ik_solver(model, group).numerical
 
     def _goal(self) -> ExploreGoal:
         bounds = self.world.bounds

@@ -35,9 +35,9 @@ def enter() -> str:
     """
     if len(os.listdir("/proc/self/task")) > 1:
         raise RuntimeError("a network of its own must be entered before there are threads")
-    refused = _refusal()
+    refused = refusal()
     if refused:
-        return f"the system allows no network namespace ({os.strerror(refused)})"
+        return refused
     _unshare()
     if not reaches_display(os.environ.get("DISPLAY", "")):
         os.environ.pop("DISPLAY", None)
@@ -62,8 +62,8 @@ def reaches_display(display: str) -> bool:
     return local is not None and (X_SOCKETS / f"X{local[1]}").is_socket()
 
 
-def _refusal() -> int:
-    """The error number with which the system refuses it, found out in a child; 0 when it does not."""
+def refusal() -> str:
+    """Why the system does not allow a network of its own, found out in a child; empty when it does."""
     child = os.fork()
     if child == 0:
         try:
@@ -73,7 +73,8 @@ def _refusal() -> int:
             os._exit(error.errno or errno.EPERM)
         finally:
             os._exit(errno.EPERM)
-    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    return f"the system allows no network namespace ({os.strerror(abs(code))})" if code else ""
 
 
 def _unshare() -> None:

@@ -17,12 +17,15 @@ from pathlib import Path
 
 import fuzzing
 import last_resort
+import own_network
 from interrupts import INTERRUPTED, interrupt_on_signals
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = ROOT / "catkin_ws" / "src"
 BUILD = ROOT / "catkin_ws" / "build"
 DEVEL = ROOT / "catkin_ws" / "devel"
+DOCUMENTS = ROOT / "scripts" / "lib" / "tests" / "documents"
+OWN_NETWORK = [sys.executable, str(ROOT / "scripts" / "lib" / "own_network.py")]
 SLOW_S = 20.0
 SUITE_TIMEOUT_S = 1500.0
 FUZZ_S = 60.0  # of the ordinary tests, for all packages
@@ -172,17 +175,21 @@ def run_pytests(tally: Tally, work: Path, only: list[str]) -> None:
     for name, folder in folders.items():
         if not list(folder.rglob("test_*.py")):
             continue
-        report = work / f"{name}-pytest.xml"
-        command = [
-            sys.executable,
-            "-m",
-            "pytest",
-            f"--junitxml={report}",
-            str(folder),
-        ]
-        command += ["-p", "no:cacheprovider"]
-        code = run(command, work / f"{name}-pytest.log", cwd=ROOT)
-        tally.add_junit(report, f"{name}/pytest", code)
+        pytest(tally, work, name, f"--ignore={DOCUMENTS}", str(folder))
+
+
+def pytest(tally: Tally, work: Path, name: str, *arguments: str) -> None:
+    """One run of pytest; its log and report are named after it."""
+    report = work / f"{name}-pytest.xml"
+    command = [*OWN_NETWORK, sys.executable, "-m", "pytest", "-p", "no:cacheprovider", f"--junitxml={report}", *arguments]
+    code = run(command, work / f"{name}-pytest.log", cwd=ROOT)
+    tally.add_junit(report, f"{name}/pytest", code)
+
+
+def run_documents(tally: Tally, work: Path, only: list[str]) -> None:
+    """The commands of all documents, or of those of some packages."""
+    chosen = [] if only == packages() else [f"[{name}]" for name in only]
+    pytest(tally, work, "documents", str(DOCUMENTS), "-k", " or ".join(["plan", *chosen]) if chosen else "")
 
 
 def run_rostests(tally: Tally, work: Path, only: list[str]) -> None:
@@ -195,7 +202,7 @@ def run_rostests(tally: Tally, work: Path, only: list[str]) -> None:
                 os.environ, ROS_HOME=str(home), ROS_LOG_DIR=str(home / "log"), ROS_HOSTNAME="localhost"
             )
             environment.pop("ROS_MASTER_URI", None)
-            code = run(["rostest", name, launch.name], work / f"{name}-{launch.stem}.log", env=environment)
+            code = run([*OWN_NETWORK, "rostest", name, launch.name], work / f"{name}-{launch.stem}.log", env=environment)
             reports = [path for path in home.glob("test_results/**/*.xml") if "rostest-" not in path.name]
             if not reports:
                 tally.fail(f"{name}/{launch.name}: left no test results (exit code {code})")
@@ -267,7 +274,9 @@ def run_fuzzing(tally: Tally, work: Path, only: list[str], minutes: float | None
 def parse_arguments(words: list[str]) -> argparse.Namespace:
     parser = last_resort.Parser(prog="scripts/test", description="Run every test of the workspace.")
     parser.add_argument("packages", nargs="*", metavar="PACKAGE", help="only these packages (default: all)")
-    parser.add_argument("--fast", action="store_true", help="skip the rostests and the fuzzing")
+    parser.add_argument(
+        "--fast", action="store_true", help="skip the rostests, the fuzzing and the commands of the documents"
+    )
     parser.add_argument(
         "--sanitize", action="store_true", help="run the C++ tests under ASan and UBSan instead of all else"
     )
@@ -304,6 +313,9 @@ def report(tally: Tally) -> int:
 def main() -> int:
     interrupt_on_signals()
     arguments = parse_arguments(sys.argv[1:])
+    refused = own_network.refusal()
+    if refused:
+        print(f"test: {own_network.OPEN_DOORS.format(refused)}", flush=True)
     only = arguments.packages or packages()
     stages = {
         "style gates": lambda t, w, _only: check_gates(t, w),
@@ -311,7 +323,7 @@ def main() -> int:
         "pytest": run_pytests,
     }
     if not arguments.fast:
-        stages |= {"rostest": run_rostests, "fuzzing": run_fuzzing}
+        stages |= {"rostest": run_rostests, "fuzzing": run_fuzzing, "documents": run_documents}
     if arguments.sanitize:
         stages = {"gtest with sanitizers": run_sanitized}
     if arguments.fuzz is not None:

@@ -150,7 +150,9 @@ void bindSolver(py::module_& m) {
       .def_property_readonly("family", &IkSolver::family, "Short name of the method.")
       .def_property_readonly("name", &IkSolver::name, "What was chosen and why.")
       .def_property_readonly("exact", &IkSolver::exact,
-                             "True when a pose that the arm can hold is never missed.");
+                             "True when a pose that the arm can hold is never missed.")
+      .def_property_readonly("numerical", &IkSolver::numerical,
+                             "True when solutions are sought by iteration: tenths of a second a pose.");
   m.def("make_ik_solver", py::overload_cast<const SerialChain&, const IkOptions&>(&ik::makeIkSolver),
         py::arg("chain"), py::arg("options") = IkOptions(), "The best solver for a chain.");
   m.def("make_ik_solver",

@@ -6,4 +6,4 @@ class UserError(Exception):
 
 
 class Notice(UserWarning):
-    """What a user is to know although it goes on, as a Python warning: told in one line. Others only go into the log."""
+    """What a user is to know although it goes on, as a Python warning: told in one line. Others go into the log."""
