@@ -181,7 +181,16 @@ def run_pytests(tally: Tally, work: Path, only: list[str]) -> None:
 def pytest(tally: Tally, work: Path, name: str, *arguments: str) -> None:
     """One run of pytest; its log and report are named after it."""
     report = work / f"{name}-pytest.xml"
-    command = [*OWN_NETWORK, sys.executable, "-m", "pytest", "-p", "no:cacheprovider", f"--junitxml={report}", *arguments]
+    command = [
+        *OWN_NETWORK,
+        sys.executable,
+        "-m",
+        "pytest",
+        "-p",
+        "no:cacheprovider",
+        f"--junitxml={report}",
+        *arguments,
+    ]
     code = run(command, work / f"{name}-pytest.log", cwd=ROOT)
     tally.add_junit(report, f"{name}/pytest", code)
 
@@ -202,7 +211,11 @@ def run_rostests(tally: Tally, work: Path, only: list[str]) -> None:
                 os.environ, ROS_HOME=str(home), ROS_LOG_DIR=str(home / "log"), ROS_HOSTNAME="localhost"
             )
             environment.pop("ROS_MASTER_URI", None)
-            code = run([*OWN_NETWORK, "rostest", name, launch.name], work / f"{name}-{launch.stem}.log", env=environment)
+            code = run(
+                [*OWN_NETWORK, "rostest", name, launch.name],
+                work / f"{name}-{launch.stem}.log",
+                env=environment,
+            )
             reports = [path for path in home.glob("test_results/**/*.xml") if "rostest-" not in path.name]
             if not reports:
                 tally.fail(f"{name}/{launch.name}: left no test results (exit code {code})")

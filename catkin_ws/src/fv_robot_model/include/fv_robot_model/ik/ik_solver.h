@@ -98,7 +98,8 @@ class IkSolver {
 /// - 7R shoulder-elbow-wrist: closed form over the arm angle with exact feasible intervals;
 /// - 7R (or 8R) that becomes such a 6R when one (or two) joints are held: sweep over those joints;
 /// - 5R with three parallel middle axes (youBot): closed form;
-/// - everything else (prismatic and mimic joints too) of fewer than six joints, or with tolerances above 1e-5:
+/// - everything else (prismatic and mimic joints too) of fewer than six joints, or with tolerances above
+/// 1e-5:
 ///   the least miss within the tolerances;
 /// - the rest: KDL, or with mimic joints a damped descent alone.
 std::unique_ptr<IkSolver> makeIkSolver(const SerialChain& chain, const IkOptions& options = {});
