@@ -74,7 +74,9 @@ def test_help_of_the_scripts_themselves(command):
 
 @pytest.mark.parametrize("command", ["explore", "test", "bench", "figures"])
 def test_help_needs_no_set_up(command, tmp_path):
+    common = Path("catkin_ws") / "src" / "fv_common"  # of the sources the only one that help needs
     shutil.copytree(SCRIPTS, tmp_path / "scripts")
+    shutil.copytree(SCRIPTS.parent / common, tmp_path / common)
     done = subprocess.run(
         [str(tmp_path / "scripts" / command), "--help"],
         capture_output=True,
@@ -84,7 +86,8 @@ def test_help_needs_no_set_up(command, tmp_path):
     )
     assert done.returncode == 0
     assert "options" in done.stdout
-    assert {path.name for path in tmp_path.iterdir()} == {"scripts"}
+    assert {path.name for path in tmp_path.iterdir()} == {"scripts", "catkin_ws"}
+    assert [path.name for path in (tmp_path / "catkin_ws").iterdir()] == ["src"]
 
 
 def test_rviz_without_a_display_is_refused():
