@@ -6,8 +6,4 @@ class UserError(Exception):
 
 
 class Notice(UserWarning):
-<<<<<<< Updated upstream
     """What a user is to know although it goes on, as a Python warning: told in one line. Others go into the log."""
-=======
-    """What a user is to know although it goes on: a Python warning that is told in one line, not only logged."""
->>>>>>> Stashed changes
