@@ -135,6 +135,12 @@ def test_sensors_in_map_coordinates_are_refused_with_their_shift_and_read_with_i
     assert reports["survey"]["shift_m"] == [-382000, -5621000, -112]
 
 
+def test_shifts_that_are_none_are_refused(run, tmp_path):
+    code, errors, _ = run(write(tmp_path / "x.pcd", pcd(wall())), "--shift", "nan", "0", "0")
+    assert code == 1
+    assert "--shift is [nan, 0.0, 0.0]; valid" in errors[0]
+
+
 def test_what_readers_leave_out_is_in_the_report(run, tmp_path):
     clouds = [("/points", stamp, "cam", cloud(wall())) for stamp in (1.0, 2.0, 3.0)]
     write_bag(tmp_path / "scans.bag", clouds, [("/tf", stamp, "map", "cam", 0.0) for stamp in (1.0, 2.0)])

@@ -36,6 +36,8 @@ def test_warnings_reach_who_does_not_ask_for_them(tmp_path):
     with pytest.warns(RecordingWarning, match=r"turned\.pcd.*length 1"):
         list(read_scans(path))
     path.write_bytes(pcd(POINTS))
+    with pytest.warns(RecordingWarning, match=r"turned\.pcd.*not used"):
+        list(read_scans(path, map_frame="map"))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         list(read_scans(path))

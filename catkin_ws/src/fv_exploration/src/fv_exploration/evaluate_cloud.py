@@ -68,6 +68,9 @@ def parse(arguments: list[str] | None) -> argparse.Namespace:
 def main(arguments: list[str] | None = None) -> int:
     """Evaluate each file; 0, or 1 after one line for each file that cannot be evaluated."""
     options = parse(arguments)
+    if not np.isfinite(options.shift).all():
+        print(f"evaluate_cloud: --shift is {options.shift}; valid: three finite numbers", file=sys.stderr)
+        return 1
     paths = list(dict.fromkeys(Path(os.path.abspath(path)) for path in options.files))
     failed = 0
     for path, name in zip(paths, result_names(paths, options.out), strict=True):

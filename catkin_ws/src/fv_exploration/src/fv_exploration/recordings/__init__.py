@@ -65,7 +65,10 @@ def _scans(path: Path, topic: str, map_frame: str, warn: Warn) -> Iterator[tuple
         raise RecordingError("there is no such file")
     if ending in (".bag", ".mcap", ".db3") or path.is_dir():
         yield from bag_scans(path, topic, map_frame, warn)
-    elif ending == ".pcd":
+        return
+    if topic or map_frame:
+        warn("is no bag: a cloud topic or a frame of the map is not used")
+    if ending == ".pcd":
         yield pcd_scan(path.read_bytes(), warn)
     elif ending == ".graph":
         yield from graph_scans(path.read_bytes(), warn)
