@@ -41,13 +41,12 @@ PLACEHOLDERS = {
     "RUN...": "run2",
     "RUN_DIR": "run",
     "RUN": "run",  # left by the first command of README.md, else by BEFORE
-    "BAG": "run/recording.bag",
     "DIR": "made",
     "HOST": "localhost",
     "NAME": "hubo",
 }
 
-NOT_HERE = "scripts/test runs this test; what it takes is checked by its --help"
+NOT_HERE = "the tests that are running are these; what it takes is checked by its --help"
 MEASURES = "measures for minutes; README.md's own line is run, here only the names are checked"
 MAP = "data/capability_maps/hubo_right_arm.h5"
 CHECK_BENCHES = (
@@ -89,7 +88,9 @@ ENTRIES: dict[str, Entry] = {
         "python3 scripts/lib/own_network.py rosrun fv_viz replay run --rate 20", "a run is as long as it was"
     ),
     "scripts/test": Entry("scripts/test --help", NOT_HERE),
-    "scripts/test [--fast] [--sanitize] [PACKAGE...]": Entry("scripts/test --help", NOT_HERE),
+    "scripts/test [--fast] [--sanitize] [--fuzz MINUTES] [PACKAGE...]": Entry(
+        "scripts/test --help", NOT_HERE
+    ),
     "scripts/test --sanitize": Entry("scripts/test --help | grep -e --sanitize", NOT_HERE),
     "scripts/bench [NAME...] [--quick] [--json FILE]": Entry(
         "scripts/bench gain --quick --json rows.json", "all of them measure for many minutes"
@@ -111,6 +112,11 @@ ENTRIES: dict[str, Entry] = {
     "rostest hubo_sim sim.test": Entry('ls "$(rospack find hubo_sim)/test/sim.test"', "scripts/test runs it"),
     # commands that end
     "rosrun fv_viz replay RUN": Entry("rosrun fv_viz replay run --rate 20", "a run is as long as it was"),
+    "rostopic list": Entry("! rostopic list", "the page says that it must fail; no master runs there"),
+    "rosrun fv_viz replay BAG": Entry(
+        "rosrun fv_viz replay run/recording.bag --rate 20", "a run is as long as it was"
+    ),
+    "rosrun fv_viz to_mcap BAG DIR": Entry("rosrun fv_viz to_mcap run/recording.bag mcap"),
     "rosrun fv_viz compare RUN_DIR...": Entry("rosrun fv_viz compare run run2 --out compared.html"),
     "rosrun fv_exploration evaluate_cloud FILE...": Entry("rosrun fv_exploration evaluate_cloud sphere.pcd"),
     "rosrun fv_exploration evaluate_cloud FILE... --out DIR": Entry(
@@ -160,6 +166,7 @@ ENTRIES: dict[str, Entry] = {
     "rosrun fv_viz record FILE": Entry(
         "rosrun fv_viz record recorded.bag", ready="/fv_exploration/evaluation"
     ),
+    "rosrun capability_map capability_node": Entry(ready="/capability_map/query"),
     "rosrun capability_map capability_node _map:=FILE": Entry(
         f"rosrun capability_map capability_node _map:={MAP}", ready="/capability_map/query"
     ),
@@ -178,7 +185,7 @@ BEFORE: dict[str, list[str]] = {
     "interfaces.md": ["roscore"],
     "capability_map": ["roscore"],
     "security.md": [RUNS],
-    "fv_viz": [RUNS, "roscore"],
+    "fv_viz": [RUNS, "roscore", "rosrun hubo_description upload_robot --robot hubo"],
     "hubo_description": ["roscore"],
     "hubo_sim": ["roscore"],
 }
