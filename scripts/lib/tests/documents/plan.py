@@ -99,14 +99,6 @@ ENTRIES: dict[str, Entry] = {
     "rosrun fv_viz figures": Entry(
         "rosrun fv_viz figures --only 3.1 --out figure", "all of them take minutes"
     ),
-    **{
-        f"scripts/bench {names}": Entry(CHECK_BENCHES + names, MEASURES)
-        for names in (
-            "ik capability_map capability_query capability_accuracy",
-            "insertion evaluation void_clusters utility gain",
-            *("markers", "rviz", "planning", "sim"),
-        )
-    },
     "pytest test": Entry('pytest --collect-only -q "$(rospack find PACKAGE)/test"', "scripts/test runs it"),
     "rostest test/viz.test": Entry('ls "$(rospack find fv_viz)/test/viz.test"', "scripts/test runs it"),
     "rostest hubo_sim sim.test": Entry('ls "$(rospack find hubo_sim)/test/sim.test"', "scripts/test runs it"),
@@ -178,6 +170,15 @@ ENTRIES: dict[str, Entry] = {
         until=("rostopic echo /explore/result", "it was cancelled")
     ),
 }
+
+
+def entry_of(text: str) -> Entry:
+    """How a command is run; one without an entry as it stands, and benches by their names."""
+    names = text.removeprefix("scripts/bench ")
+    if text not in ENTRIES and names != text:
+        return Entry(CHECK_BENCHES + names, MEASURES)
+    return ENTRIES.get(text, Entry())
+
 
 # What the sentences around the commands ask for, when nothing before in the same document has done it.
 RUNS = f"test -e run || scripts/explore {SHORT_RUN} --record --out run; test -e run2 || cp -r run run2"

@@ -7,10 +7,8 @@ import time
 
 import pytest
 from documents import Command, all_documents, commands_of
-from plan import AFTER, BEFORE, ENTRIES, PLACEHOLDERS, Entry, write_inputs
+from plan import AFTER, BEFORE, ENTRIES, PLACEHOLDERS, entry_of, write_inputs
 from shell import Shell
-
-from capability_map import default_map_path
 
 DOCUMENTS = all_documents()
 UNTIL_S = 120.0
@@ -20,6 +18,8 @@ LEFT_OVER = re.compile(r"(?<![\w$=:-])[A-Z]{3,}(_[A-Z]+)*(?![\w=:(])")
 @pytest.fixture(scope="module")
 def shell(tmp_path_factory):
     """One reader, who begins after scripts/setup and works through all documents in one folder."""
+    from capability_map import default_map_path  # here: the other tests need no build
+
     folder = tmp_path_factory.mktemp("reader")
     built = default_map_path("hubo", "right_arm")  # the one that scripts/setup makes
     maps = folder / "data" / "capability_maps"
@@ -33,7 +33,7 @@ def shell(tmp_path_factory):
 
 def form_of(text: str, document: str) -> str:
     """What is run for a command: its form in the plan, or the text without brackets and with placeholders filled in."""
-    entry = ENTRIES.get(text, Entry())
+    entry = entry_of(text)
     if entry.form:
         return entry.form.replace("PACKAGE", document)
     return fill_in(re.sub(r"[\[\]]", "", text) if "'" not in text else text)
@@ -47,7 +47,7 @@ def fill_in(text: str) -> str:
 
 def follow(shell: Shell, text: str, document: str) -> None:
     """Run one command as the plan says, and wait for what it is to bring about."""
-    entry = ENTRIES.get(text, Entry())
+    entry = entry_of(text)
     form = form_of(text, document).replace("-p PORT", f"-p {shell.port}")
     if entry.ready is not None:
         shell.start(form, entry.ready)
