@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from capability_map import CapabilityMapError, check, placement, shapes
+from capability_map import CapabilityMapError, _core, check, placement, shapes
 from capability_map._core import fit_shapes, spiral_points
 from capability_map.geometry import cut_rows, index_colors, shape_triangles, spikes, two_rows
 
@@ -320,3 +320,13 @@ def test_the_threshold_balances_the_errors():
     assert 0.4 <= check.best_threshold(answer, truth) <= 0.6
     assert check.best_threshold(answer, np.ones(5000, bool)) is None
     assert check.best_threshold(answer, np.zeros(5000, bool)) is None
+
+
+def test_more_bits_than_memory_should_hold_are_refused():
+    grid = _core.SphereGrid(np.zeros(3), 0.1, np.array([200, 200, 200], np.int32))
+    directions = np.random.default_rng(0).normal(size=(4096, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    with pytest.raises(ValueError, match="8000000 cells with 4096 directions need more than 512 MiB"):
+        _core.CapabilityQuery(
+            grid, directions, np.full(8_000_000, -1, np.int32), np.zeros(0, np.uint64), 0.0, np.zeros(3)
+        )

@@ -11,6 +11,7 @@ import contextlib
 import hashlib
 import io
 import json
+import math
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +25,7 @@ from capability_map.shapes import RULES
 SCHEMA_VERSION = 2
 DEFAULT_THRESHOLD = 0.4  # of a map that nobody calibrated
 _BLOCK = 512
+_MOST_CELLS = 20_000_000  # ten times what a build makes unless told otherwise
 _MOST_SHRUNK = 1100  # a byte in the file may stand for 1032 by deflate, never for more
 _ANY_VERSION = b"capability_map "
 _MAGIC = _ANY_VERSION + f"{SCHEMA_VERSION} sha256 ".encode()
@@ -214,7 +216,9 @@ def _check(path: Path, data: MapData) -> None:
     finite = all(
         np.isfinite(getattr(data, name)).all() for name in ("outward", "joint_limits", "grid_origin_m")
     )
-    cells = int(np.prod(data.grid_size.astype(np.int64)))
+    cells = math.prod(data.grid_size.tolist())
+    if (data.grid_size > 0).all() and cells > _MOST_CELLS:
+        raise CapabilityMapError(f"{path}: its grid has {cells} cells; valid: up to {_MOST_CELLS}")
     ordered = bool((np.diff(data.cells) > 0).all()) and (
         spheres == 0 or 0 <= data.cells[0] <= data.cells[-1] < cells
     )

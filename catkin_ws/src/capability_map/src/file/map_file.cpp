@@ -18,7 +18,7 @@ namespace {
 
 constexpr size_t kBlock = 512;  // the user block, with the checksum in its first line
 constexpr int kSchema = 2;
-constexpr double kMostCells = 1e8;
+constexpr double kMostCells = 2e7;  // as store.py
 
 std::string sha256(const char* bytes, size_t count) {
   std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
