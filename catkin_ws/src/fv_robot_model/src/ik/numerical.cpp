@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "fv_robot_model/ik/ik_solver.h"
+#include "solvers.h"
 
 namespace fv_robot_model::ik {
 
@@ -73,34 +74,6 @@ bool descend(const KDL::Chain& chain, const KDL::Frame& target, int iterations, 
   return error.norm() <= kConverged;
 }
 
-/// The same for a chain with mimic joints, whose kinematics KDL cannot express.
-bool descend(const SerialChain& chain, const Eigen::Isometry3d& target, int iterations, KDL::JntArray& q) {
-  constexpr double kConverged = 1e-7;  // m and rad together
-  const auto errorAt = [&](const Eigen::VectorXd& at) {
-    const Eigen::Isometry3d pose = chain.forward(at.data());
-    const Eigen::AngleAxisd turn(Eigen::Matrix3d(target.linear() * pose.linear().transpose()));
-    Eigen::Matrix<double, 6, 1> error;
-    error << target.translation() - pose.translation(), turn.angle() * turn.axis();
-    return error;
-  };
-  double damping = 1e-3;
-  Eigen::Matrix<double, 6, 1> error = errorAt(q.data);
-  for (int i = 0; i < iterations && error.norm() > kConverged; ++i) {
-    const Eigen::MatrixXd J = chain.jacobian(q.data.data());
-    Eigen::MatrixXd normal = J.transpose() * J;
-    normal.diagonal().array() += damping;
-    const Eigen::VectorXd trial = q.data + normal.ldlt().solve(J.transpose() * error);
-    const Eigen::Matrix<double, 6, 1> next = errorAt(trial);
-    const bool better = next.norm() < error.norm();
-    damping = better ? std::max(0.2 * damping, 1e-9) : 5.0 * damping;
-    if (better) {
-      q.data = trial;
-      error = next;
-    }
-  }
-  return error.norm() <= kConverged;
-}
-
 class Numerical : public IkSolver {
  public:
   Numerical(const SerialChain& chain, const IkOptions& options)
@@ -116,11 +89,8 @@ class Numerical : public IkSolver {
   std::string family() const override { return "kdl"; }
   std::string name() const override {
     std::ostringstream text;
-    text << family()
-         << (chain_.isCoupled() ? ": Levenberg-Marquardt from "
-                                : ": Newton-Raphson and Levenberg-Marquardt from ")
-         << options_.numerical_starts << " starts, because the chain "
-         << (chain_.isCoupled() ? "has mimic joints" : "has no closed form here");
+    text << family() << ": Newton-Raphson and Levenberg-Marquardt from " << options_.numerical_starts
+         << " starts, because the chain has no closed form here";
     return text.str();
   }
 
@@ -138,10 +108,8 @@ class Numerical : public IkSolver {
     for (int i = 0; i < options_.numerical_starts; ++i) {
       chooseStart(i, seed, random, start);
       answer = start;
-      const int iterations = options_.numerical_iterations;
-      const bool found = chain_.isCoupled() ? descend(chain_, T_base_tip, iterations, answer)
-                         : i % 2 == 0       ? position.CartToJnt(start, target, answer) >= 0
-                                            : descend(kdl_, target, iterations, answer);
+      const bool found = i % 2 == 0 ? position.CartToJnt(start, target, answer) >= 0
+                                    : descend(kdl_, target, options_.numerical_iterations, answer);
       if (!found || !answer.data.allFinite() || !fitAll(answer)) continue;
       if (isNew(answer, first, out)) accept(T_base_tip, answer.data.data(), out);
     }
@@ -193,6 +161,7 @@ class Numerical : public IkSolver {
 }  // namespace
 
 std::unique_ptr<IkSolver> makeNumericalIkSolver(const SerialChain& chain, const IkOptions& options) {
+  if (chain.isCoupled()) return makeTolerant(chain, options);  // KDL knows no mimic joints
   return std::make_unique<Numerical>(chain, options);
 }
 

@@ -153,8 +153,9 @@ TolerantIk::TolerantIk(SerialChain chain, int iterations)
   constexpr double kFar = std::numeric_limits<double>::infinity();
   for (int k = 0; k < chain_.dof(); ++k) {
     const ChainJoint& joint = chain_.joint(k);
-    lower_[k] = turnsAllTheWay(joint) ? -kFar : joint.lower;
-    upper_[k] = turnsAllTheWay(joint) ? kFar : joint.upper;
+    const bool endless = !chain_.isCoupled() && turnsAllTheWay(joint);  // mimics turn by other angles
+    lower_[k] = endless ? -kFar : joint.lower;
+    upper_[k] = endless ? kFar : joint.upper;
   }
 }
 
@@ -212,7 +213,7 @@ bool TolerantIk::fit(double* q) const {
   for (int k = 0; k < chain_.dof(); ++k) {
     const ChainJoint& joint = chain_.joint(k);
     if (!std::isfinite(q[k])) return false;
-    if (!turnsAllTheWay(joint)) continue;  // kept within its limits all the way
+    if (std::isfinite(lower_[k])) continue;  // kept within its limits all the way
     fitToLimits(q[k], joint.lower, joint.upper, 1e-9);
     q[k] = std::clamp(q[k], joint.lower, joint.upper);
   }

@@ -22,7 +22,8 @@ class Tolerant : public IkSolver {
   std::string name() const override {
     std::ostringstream text;
     text << family() << ": Levenberg-Marquardt within the tolerances from " << options_.numerical_starts
-         << " starts, because the chain has no closed form here";
+         << " starts, because the chain "
+         << (chain_.isCoupled() ? "has mimic joints" : "has no closed form here");
     return text.str();
   }
 

@@ -98,10 +98,9 @@ class IkSolver {
 /// - 7R shoulder-elbow-wrist: closed form over the arm angle with exact feasible intervals;
 /// - 7R (or 8R) that becomes such a 6R when one (or two) joints are held: sweep over those joints;
 /// - 5R with three parallel middle axes (youBot): closed form;
-/// - everything else (prismatic and mimic joints too) of fewer than six joints, or with tolerances above
-/// 1e-5:
-///   the least miss within the tolerances;
-/// - the rest: KDL, or with mimic joints a damped descent alone.
+/// - everything else (prismatic joints too) of fewer than six joints, with mimic joints, or with tolerances
+///   above 1e-5: the least miss within the tolerances;
+/// - the rest: KDL.
 std::unique_ptr<IkSolver> makeIkSolver(const SerialChain& chain, const IkOptions& options = {});
 
 /// The joint of a 7R chain that, when held, leaves a 6R with a closed form; -1 when there is none.
