@@ -35,7 +35,7 @@ OPTIONS = [
 
 
 SANITIZERS = {
-    "ASAN_OPTIONS": "detect_leaks=0",  # urdfdom and assimp leak on what they refuse; --sanitize looks for ours
+    "ASAN_OPTIONS": "detect_leaks=0",  # urdfdom leaks on what it refuses; --sanitize looks for ours
     "UBSAN_OPTIONS": "print_stacktrace=1",
 }
 

@@ -1,21 +1,21 @@
 #include "mesh.h"
 
-#include <assimp/config.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-
-#include <assimp/Importer.hpp>
+#include <algorithm>
+#include <cctype>
 #include <filesystem>
-#include <vector>
+#include <fstream>
+#include <iterator>
 
 #include "fv_robot_model/triangle_mesh.h"
 #include "internal.h"
+#include "mesh_formats.h"
 
 namespace fv_robot_model {
 namespace {
 
 constexpr char kFile[] = "file://";
 constexpr char kPackage[] = "package://";
+constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 29;
 constexpr double kLargestLink = 20.0;  // [m] longer ones are taken for millimetres
 
 bool startsWith(const std::string& text, const std::string& start) { return text.rfind(start, 0) == 0; }
@@ -29,35 +29,34 @@ std::string askResolver(const std::string& uri, const MeshResolver& resolver) {
   return file;
 }
 
-Points verticesOf(const aiScene& scene, const Eigen::Vector3d& scale) {
-  Eigen::Index count = 0;
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) count += scene.mMeshes[m]->mNumVertices;
-  Points points(count, 3);
-  Eigen::Index row = 0;
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m)
-    for (unsigned v = 0; v < scene.mMeshes[m]->mNumVertices; ++v) {
-      const aiVector3D& vertex = scene.mMeshes[m]->mVertices[v];
-      points.row(row++) << vertex.x * scale.x(), vertex.y * scale.y(), vertex.z * scale.z();
-    }
-  return points;
+/// The whole content. @throws ModelError without the file's name, as readMesh.
+std::string contentOf(const std::string& file) {
+  std::error_code problem;
+  const std::uintmax_t bytes = std::filesystem::file_size(file, problem);  // none for folders and pipes
+  if (!problem && bytes > kMostBytes)
+    throw ModelError(text("it has ", bytes, " bytes; valid: at most ", kMostBytes));
+  std::ifstream stream(file, std::ios::binary);
+  if (problem || !stream) throw ModelError("there is no such file, or it may not be read");
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
-/// Faces as rows of verticesOf, faces with more corners as fans; points and lines are none.
-TriangleMesh::Triangles trianglesOf(const aiScene& scene) {
-  std::vector<Eigen::RowVector3i> rows;
-  int first = 0;
-  for (unsigned m = 0; m < scene.mNumMeshes; ++m) {
-    const aiMesh& mesh = *scene.mMeshes[m];
-    for (unsigned f = 0; f < mesh.mNumFaces; ++f) {
-      const aiFace& face = mesh.mFaces[f];
-      const auto corner = [&](unsigned k) { return first + static_cast<int>(face.mIndices[k]); };
-      for (unsigned k = 2; k < face.mNumIndices; ++k) rows.emplace_back(corner(0), corner(k - 1), corner(k));
-    }
-    first += static_cast<int>(mesh.mNumVertices);
+TriangleMesh readMesh(const std::string& file) {
+  std::string ending = std::filesystem::path(file).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  if (ending == ".stl") return readStl(contentOf(file));
+  if (ending == ".obj") return readObj(contentOf(file));
+  if (ending == ".dae") return readCollada(contentOf(file));
+  throw ModelError(text("'", ending, "' is no ending of a mesh; valid: .stl, .obj, .dae"));
+}
+
+/// What the reader did not know: which file it was.
+TriangleMesh readNamed(const std::string& file) {
+  try {
+    return readMesh(file);
+  } catch (const ModelError& error) {
+    throw ModelError(text("mesh '", file, "' cannot be read: ", error.what()));
   }
-  TriangleMesh::Triangles triangles(static_cast<Eigen::Index>(rows.size()), 3);
-  for (std::size_t i = 0; i < rows.size(); ++i) triangles.row(static_cast<Eigen::Index>(i)) = rows[i];
-  return triangles;
 }
 
 }  // namespace
@@ -89,14 +88,10 @@ TriangleMesh loadMesh(const std::string& file, const Eigen::Vector3d& scale) {
   if (!scale.allFinite() || (scale.array() == 0.0).any())
     throw ModelError(
         text("mesh '", file, "': scale is ", scale.transpose(), "; valid: numbers other than 0"));
-  Assimp::Importer importer;
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
-  const aiScene* scene = importer.ReadFile(file, aiProcess_PreTransformVertices);
-  if (scene == nullptr)
-    throw ModelError(text("mesh '", file, "' cannot be read: ", importer.GetErrorString()));
-  TriangleMesh mesh{verticesOf(*scene, scale), trianglesOf(*scene)};
+  TriangleMesh mesh = readNamed(file);
   if (mesh.vertices.rows() == 0) throw ModelError(text("mesh '", file, "' is empty"));
   if (!mesh.vertices.allFinite()) throw ModelError(text("mesh '", file, "' has corners that are not finite"));
+  mesh.vertices *= scale.asDiagonal();
   if (scale.prod() < 0.0) mesh.triangles.col(1).swap(mesh.triangles.col(2));  // mirrored: turned inside out
   return mesh;
 }

@@ -12,7 +12,7 @@ namespace fv_robot_model {
 /// exist.
 std::string resolveMesh(const std::string& uri, const MeshResolver& resolver);
 
-/// Convex hull of a mesh file (STL, OBJ, DAE, ... whatever assimp reads), scaled per axis.
+/// Convex hull of a mesh file (.stl, .obj, .dae), scaled per axis.
 /// @throws ModelError naming the file when it cannot be read, has no volume, or is larger than a robot's
 /// link.
 Shape meshHull(const std::string& file, const Eigen::Vector3d& scale, const Eigen::Isometry3d& T_link_shape);

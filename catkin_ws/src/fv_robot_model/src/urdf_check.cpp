@@ -89,6 +89,24 @@ void checkRoot(const std::vector<std::string>& links, const std::map<std::string
                         roots.size(), ": ", joined(roots)));
 }
 
+/// The parser behind this one takes as many bytes for a character as its first byte says, without a look at
+/// them: it runs beyond quotes, and beyond the end.
+void requireUtf8(const std::string& xml) {
+  for (std::size_t at = 0; at < xml.size();) {
+    const auto first = static_cast<unsigned char>(xml[at]);
+    const std::size_t length = first < 0x80                    ? 1
+                               : first >= 0xC2 && first < 0xE0 ? 2
+                               : first >= 0xE0 && first < 0xF0 ? 3
+                               : first >= 0xF0 && first < 0xF5 ? 4
+                                                               : 0;
+    bool whole = length > 0 && at + length <= xml.size();
+    for (std::size_t k = 1; whole && k < length; ++k)
+      whole = (static_cast<unsigned char>(xml[at + k]) & 0xC0) == 0x80;
+    if (!whole) throw ModelError(text("the URDF is not UTF-8: byte ", at));
+    at += length;
+  }
+}
+
 }  // namespace
 
 void readXml(const std::string& xml, const std::string& what, tinyxml2::XMLDocument& document) {
@@ -103,6 +121,7 @@ void readXml(const std::string& xml, const std::string& what, tinyxml2::XMLDocum
 }
 
 void checkUrdf(const std::string& xml) {
+  requireUtf8(xml);
   tinyxml2::XMLDocument document;
   readXml(xml, "URDF", document);
   const XMLElement* robot = document.FirstChildElement("robot");

@@ -15,7 +15,7 @@ namespace fv_robot_model {
 void readXml(const std::string& xml, const std::string& what, tinyxml2::XMLDocument& document);
 
 /// Names that are missing, taken twice or unknown, kinds of joints and geometry, limits that are not there.
-/// @throws ModelError naming joint or link, and what would be valid.
+/// @throws ModelError naming joint or link, and what would be valid; for what is not UTF-8, the byte.
 void checkUrdf(const std::string& xml);
 
 }  // namespace fv_robot_model

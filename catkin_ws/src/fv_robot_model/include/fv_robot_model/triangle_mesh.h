@@ -15,7 +15,7 @@ struct TriangleMesh {
       triangles;  ///< (T, 3) rows of vertices, counter-clockwise seen from outside; T = 0 for bare points.
 };
 
-/// A mesh file (STL, OBJ, DAE, ... whatever assimp reads), scaled per axis.
+/// A mesh file (.stl, .obj, .dae), scaled per axis.
 /// A Collada file's unit is honoured, its up axis is not, as RViz does it.
 /// @throws ModelError naming the file when it cannot be read or is empty, or scale holds a 0.
 TriangleMesh loadMesh(const std::string& file, const Eigen::Vector3d& scale = Eigen::Vector3d::Ones());
