@@ -40,8 +40,8 @@ struct ArmPivots {
 class CapabilityQuery {
  public:
   /// @param view_directions (N, 3) the tip's z at the sphere points: minus the n-vectors.
-  /// @throws std::invalid_argument when sizes do not fit each other, a number is not finite, or all bits would
-  /// take more than 512 MiB.
+  /// @throws std::invalid_argument when sizes do not fit each other, a number is not finite, or all bits
+  /// would take more than 512 MiB.
   CapabilityQuery(const SphereGrid& grid, const Points& view_directions, const SphereBits& bits,
                   const ArmPivots& pivots);
 
