@@ -282,9 +282,16 @@ def test_commands_say_what_is_wrong_in_one_line(capsys, tmp_path, monkeypatch):
     assert run_command(build_command, ["--robot", "hubo", "--group", "tail"]) == 1
     assert "right_arm" in capsys.readouterr().err
     assert run_command(build_command, ["--robot", "hubo", "--group", "legs"]) == 1
-    assert run_command(build_command, ["--robot", "hubo", "--workers", "0"]) == 1
+    capsys.readouterr()
+    for workers in ("0", "99999999"):
+        assert run_command(build_command, ["--robot", "hubo", "--workers", workers]) == 1
+        assert f"--workers is {workers}; valid: 1 to 512" in capsys.readouterr().err
+    assert run_command(build_command, ["--robot", "hubo", "--radius", "1e300"]) == 1
+    assert "radius 1e+300 m is longer than the arm; valid: up to " in capsys.readouterr().err
     assert run_command(info_command, [str(tmp_path / "none.h5")]) == 1
     assert run_command(check_command, [str(tmp_path / "none.h5")]) == 1
+    assert run_command(check_command, [str(tmp_path / "none.h5"), "--seed", "-1"]) == 1
+    assert "--seed is -1; valid: 0 or a whole number above" in capsys.readouterr().err
 
 
 def test_a_second_build_of_hubo_has_nothing_to_do(capsys, tmp_path, monkeypatch):

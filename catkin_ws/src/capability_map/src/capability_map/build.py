@@ -180,6 +180,7 @@ def local_executor(workers: int) -> Callable[[BuildPlan, list[int]], Iterator[tu
 def _run_pool(plan: BuildPlan, numbers: list[int], workers: int) -> Iterator[tuple[int, dict]]:
     # fork: catkin's relay scripts in devel space cannot be imported again by a spawned process. This process has no
     # threads of its own before the pool.
+    workers = min(workers, len(numbers))  # a pool that forks starts them all at once
     with ProcessPoolExecutor(workers, mp_context=get_context("fork")) as pool:
         waiting, pending = iter(numbers), {}
         try:

@@ -16,6 +16,8 @@ from capability_map.parameters import BuildParameters
 from capability_map.paths import default_map_path
 from fv_common.command import Parser
 
+MOST_WORKERS = 512
+
 
 def run_command(command: Callable[[list[str]], None], arguments: list[str] | None = None) -> int:
     """Run a command; an expected failure becomes one line on stderr and exit code 1, Ctrl-C 130.
@@ -73,8 +75,8 @@ def _build_arguments(arguments: list[str]) -> argparse.Namespace:
     )
     parser.add_argument("--force", action="store_true", help="build even when the map is up to date")
     options = parser.parse_args(arguments)
-    if options.workers < 1:
-        raise CapabilityMapError(f"--workers must be at least 1, not {options.workers}")
+    if not 1 <= options.workers <= MOST_WORKERS:
+        raise CapabilityMapError(f"--workers is {options.workers}; valid: 1 to {MOST_WORKERS}")
     if options.all and (options.group or options.out):
         raise CapabilityMapError("--all builds several maps: --group and --out make no sense with it")
     return options
@@ -232,6 +234,8 @@ def check_command(arguments: list[str]) -> None:
     options = parser.parse_args(arguments)
     if options.views < 1 or not options.roll_step > 0.0:
         raise CapabilityMapError("--views and --roll-step must be positive")
+    if options.seed < 0:
+        raise CapabilityMapError(f"--seed is {options.seed}; valid: 0 or a whole number above")
     cap = CapabilityMap.load(options.map)
     arm = load_arm(options.robot or cap.data.robot, cap.data.group)
     views = check.random_views(cap, options.views, options.seed)

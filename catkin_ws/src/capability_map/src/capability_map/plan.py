@@ -103,6 +103,8 @@ def plan_build(arm: Arm, parameters: BuildParameters) -> BuildPlan:
     if length < 1e-3:
         raise CapabilityMapError(f"group {arm.group}: the arm is only {length} m long; nothing to map")
     radius = parameters.radius_m or length / parameters.radii_per_arm_length
+    if not radius <= length:
+        raise CapabilityMapError(f"radius {radius:g} m is longer than the arm; valid: up to {length:.3f} m")
     low, high = _box(parameters, center, length)
     size = _grid_size(parameters, radius, low, high)
     origin = 0.5 * (low + high) - radius * np.array(size)
