@@ -256,7 +256,7 @@ def test_a_box_is_filled_as_asked(arm):
     [
         (urdf_text(), srdf_text(tip="nowhere"), "nowhere"),
         (urdf_text(), srdf_text(base="link_j3", tip="link_j1"), "link_j"),
-        (urdf_text(), srdf_text(base="link_j6", tip="tip"), "no joint that moves"),
+        (urdf_text(), srdf_text(base="link_j6", tip="tip"), "has no moving joint"),
         ("<robot", srdf_text(), "small"),
         (urdf_text().replace('<limit lower="-2.4"', '<x lower="-2.4"'), srdf_text(), "j3"),
     ],
