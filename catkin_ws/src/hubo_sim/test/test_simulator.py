@@ -1,5 +1,7 @@
 """Robot, controllers and contacts in physics, without ROS."""
 
+import pickle
+
 import numpy as np
 import pytest
 
@@ -41,6 +43,13 @@ def goal_to(controller, target, seconds):
 def steps(sim, seconds):
     for _ in range(round(240 * seconds)):
         sim.step()
+
+
+def test_a_process_apart_gets_a_robot_that_it_can_read_itself():
+    spec = load_robot_spec("hubo")
+    sent = pickle.loads(pickle.dumps(spec if spec.model.link_names else None))  # with the model read already
+    assert sent == spec
+    assert sent.model.link_names == spec.model.link_names
 
 
 def test_links_are_where_the_urdf_says_whatever_the_inertial_frames():

@@ -55,8 +55,12 @@ inline unsigned signs(Integers a) { return _mm_movemask_pd((__m128d)a); }
 #include "lane_kernels.inc"
 }  // namespace sse2
 
+#if defined(__clang__)
+#pragma clang attribute push(__attribute__((target("avx2"))), apply_to = function)
+#else
 #pragma GCC push_options
 #pragma GCC target("avx2")
+#endif
 namespace avx2 {
 constexpr int kWidth = 4;
 using Doubles = Vectors<kWidth>::Doubles;
@@ -70,10 +74,19 @@ inline Doubles least(Doubles a, Doubles b) { return _mm256_min_pd(a, b); }
 inline unsigned signs(Integers a) { return _mm256_movemask_pd((__m256d)a); }
 #include "lane_kernels.inc"
 }  // namespace avx2
+#if defined(__clang__)
+#pragma clang attribute pop
+#else
 #pragma GCC pop_options
+#endif
 
+#if defined(__clang__)
+#pragma clang attribute push(__attribute__((target("avx512f,avx512dq,avx512bw,avx512vl"))), \
+                             apply_to = function)
+#else
 #pragma GCC push_options
 #pragma GCC target("avx512f,avx512dq,avx512bw,avx512vl")
+#endif
 namespace avx512 {
 constexpr int kWidth = 8;
 using Doubles = Vectors<kWidth>::Doubles;
@@ -85,7 +98,11 @@ inline Doubles least(Doubles a, Doubles b) { return a < b ? a : b; }
 inline unsigned signs(Integers a) { return _mm512_movepi64_mask((__m512i)a); }
 #include "lane_kernels.inc"
 }  // namespace avx512
+#if defined(__clang__)
+#pragma clang attribute pop
+#else
 #pragma GCC pop_options
+#endif
 #endif
 
 #if defined(__aarch64__)

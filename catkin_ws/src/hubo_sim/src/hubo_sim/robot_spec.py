@@ -37,6 +37,10 @@ class RobotSpec:
         except ValueError as err:
             raise SimError(f"robot: {' '.join(str(err).split())}") from err
 
+    def __getstate__(self) -> dict[str, Any]:
+        """What a process apart gets: it reads the model itself, which cannot be sent."""
+        return {name: value for name, value in vars(self).items() if name != "model"}
+
     @property
     def groups(self) -> dict[str, list[str]]:
         """The joints of the SRDF's groups."""
