@@ -24,6 +24,7 @@ from fv_exploration.explore_config import ExploreConfig
 from fv_robot_model.ik import make_ik_solver
 from hubo_description import RobotDescriptionError, load_robot
 from hubo_description.check import check_explorer
+from hubo_description.files import read_yaml_file
 from hubo_description.schema import from_mapping
 from hubo_sim.errors import SimError
 from hubo_sim.worlds import load_world
@@ -60,11 +61,9 @@ def read_config(arguments: argparse.Namespace) -> dict[str, Any]:
 def read_overlay(path: Path) -> dict[str, Any]:
     """A user's file of parameters; SessionError of one line when it cannot be read."""
     try:
-        overlay = yaml.safe_load(path.read_text()) or {}
-    except (OSError, UnicodeDecodeError) as error:
-        raise SessionError(f"--config {path}: {getattr(error, 'strerror', None) or error}") from error
-    except yaml.YAMLError as error:
-        raise SessionError(f"--config {path}: no valid YAML: {' '.join(str(error).split())}") from error
+        overlay = read_yaml_file(path) or {}
+    except RobotDescriptionError as error:
+        raise SessionError(f"--config {error}") from error
     if not isinstance(overlay, dict):
         raise SessionError(f"--config {path}: a mapping of parameters is needed, got {overlay!r:.60}")
     return overlay

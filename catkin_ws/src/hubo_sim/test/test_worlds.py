@@ -110,6 +110,26 @@ def test_file_that_is_no_yaml_is_named(tmp_path):
         load_world(str(path))
 
 
+LAUGHS = "a0: &a0 [ha]\n" + "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 12))
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        (LAUGHS, "its aliases .* grow to more than"),
+        ("[" * 20_000, "nested too deep"),
+        ("a: &a [*a]", "an alias that holds itself"),
+        ("description: one\nbounds: {}\ndescription: two", "key 'description' is there twice.*line 3"),
+    ],
+    ids=["laughs", "deep", "circle", "twice"],
+)
+def test_yaml_that_grows_or_contradicts_itself_is_refused(tmp_path, text, word):
+    path = tmp_path / "bomb.yaml"
+    path.write_text(text)
+    with pytest.raises(SimError, match=rf"bomb\.yaml: .*{word}"):
+        load_world(str(path))
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [

@@ -51,11 +51,23 @@ def read_xml(path: Path) -> str:
     return _DECLARATION.sub("", text, count=1)
 
 
+def read_yaml_file(path: Path) -> object:
+    """Return what a YAML file holds.
+
+    :raises RobotDescriptionError: it cannot be read, or as read_yaml_text.
+    """
+    try:
+        text = read_bytes(path, LARGEST_YAML).decode("utf-8-sig")
+    except UnicodeDecodeError as err:
+        raise RobotDescriptionError(f"{path}: cannot be read: {err}") from err
+    return read_yaml_text(text, str(path))
+
+
 def read_yaml_text(text: str, where: str) -> object:
     """Return what a YAML text holds.
 
-    :raises RobotDescriptionError: no YAML, too long, nested too deep, or aliases that refer to themselves or would
-        grow to more than LARGEST_YAML_TREE nodes.
+    :raises RobotDescriptionError: no YAML, too long, nested too deep, a key that a mapping has twice, or aliases that
+        refer to themselves or would grow to more than LARGEST_YAML_TREE nodes.
     """
     if len(text) > LARGEST_YAML:
         raise RobotDescriptionError(
@@ -81,6 +93,19 @@ def _tree_size(node: yaml.Node, known: dict[int, int]) -> int:
         if isinstance(node, yaml.SequenceNode):
             parts = node.value
         elif isinstance(node, yaml.MappingNode):
+            _require_single_keys(node)
             parts = [part for pair in node.value for part in pair]
         known[id(node)] = 1 + sum(_tree_size(part, known) for part in parts)
     return known[id(node)]
+
+
+def _require_single_keys(mapping: yaml.MappingNode) -> None:
+    """PyYAML would take the last of two values, without a word."""
+    seen: set[tuple[str, str]] = set()
+    for key, _ in mapping.value:
+        if isinstance(key, yaml.ScalarNode):
+            if (key.tag, key.value) in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"the key '{key.value}' is there twice", key.start_mark
+                )
+            seen.add((key.tag, key.value))

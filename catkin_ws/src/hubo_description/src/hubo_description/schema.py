@@ -10,7 +10,7 @@ import typing
 from pathlib import Path
 
 from hubo_description.errors import RobotDescriptionError
-from hubo_description.files import LARGEST_YAML, read_bytes, read_yaml_text
+from hubo_description.files import read_yaml_file
 
 T = typing.TypeVar("T")
 UNITS = ("m", "mm", "cm", "rad", "deg", "s", "ms", "hz", "px")  # suffixes of keys
@@ -21,11 +21,7 @@ def read_yaml(path: Path) -> dict:
 
     :raises RobotDescriptionError: the file is missing, is no YAML (or grows too large), or holds no mapping.
     """
-    try:
-        text = read_bytes(path, LARGEST_YAML).decode("utf-8-sig")
-    except UnicodeDecodeError as err:
-        raise RobotDescriptionError(f"{path}: cannot be read: {err}") from err
-    return require_mapping(read_yaml_text(text, str(path)), str(path))
+    return require_mapping(read_yaml_file(path), str(path))
 
 
 def require_mapping(data: object, where: str) -> dict:

@@ -8,8 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
+from hubo_description import RobotDescriptionError
+from hubo_description.files import read_yaml_file
 from hubo_sim.config import from_mapping, number
 from hubo_sim.errors import SimError
 from hubo_sim.paths import resolve_file, worlds_folder
@@ -148,9 +149,9 @@ def load_world(name_or_path: str) -> World:
             "room:SEED, tabletop:SEED, or a path to a .yaml"
         )
     try:
-        content = yaml.safe_load(path.read_text())
-    except (yaml.YAMLError, UnicodeDecodeError, OSError) as err:
-        raise SimError(f"{path}: not readable as YAML: {' '.join(str(err).split())}") from err
+        content = read_yaml_file(path)
+    except RobotDescriptionError as err:
+        raise SimError(str(err)) from err
     return parse_world(content, path.stem, str(path))
 
 
