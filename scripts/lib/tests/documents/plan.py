@@ -99,7 +99,7 @@ ENTRIES: dict[str, Entry] = {
     "rosrun fv_viz figures": Entry(
         "rosrun fv_viz figures --only 3.1 --out figure", "all of them take minutes"
     ),
-    "pytest test": Entry('pytest --collect-only -q "$(rospack find PACKAGE)/test"', "scripts/test runs it"),
+    "pytest test": Entry('ls "$(rospack find PACKAGE)"/test/test_*.py', "scripts/test runs it"),
     "rostest test/viz.test": Entry('ls "$(rospack find fv_viz)/test/viz.test"', "scripts/test runs it"),
     "rostest hubo_sim sim.test": Entry('ls "$(rospack find hubo_sim)/test/sim.test"', "scripts/test runs it"),
     # commands that end
@@ -136,8 +136,8 @@ ENTRIES: dict[str, Entry] = {
         "it writes into the robot's folder",
     ),
     "rosrun hubo_sim ground_truth --world shelf --robot hubo --resolution 0.05": Entry(
-        "rosrun hubo_sim ground_truth --world shelf --robot hubo --resolution 0.2 --no-observable",
-        "what a camera could see takes minutes",
+        "rosrun hubo_sim ground_truth --world empty --robot hubo --resolution 0.1 --no-observable",
+        "meshes, and what a camera could see, take minutes",
     ),
     # commands that go on
     "roscore": Entry("roscore -p PORT", "two of these tests may run at a time", ready=""),
