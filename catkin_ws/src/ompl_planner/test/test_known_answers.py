@@ -56,7 +56,8 @@ class TestRoadmaps:
     """A roadmap serves the next query; new obstacles are never passed because of what it remembers."""
 
     def test_it_is_kept_while_the_map_only_becomes_freer(self, name):
-        planner = make_planner(time_budget_s=5.0)
+        # As fine as the check of the result: a path that only a finer search mends would end the roadmap.
+        planner = make_planner(time_budget_s=5.0, search_step_rad=0.0087, joint_step_rad=0.0087)
         request = make_request(planner, occupied=pillar(LEFT, inner=0.6), goal=(2.5, 0.0))
         request.planner = name
         first = planner.solve(request)
