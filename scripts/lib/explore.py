@@ -18,6 +18,7 @@ from interrupts import INTERRUPTED, interrupt_on_signals
 from ros_session import SessionError
 
 SOURCES = Path(__file__).resolve().parents[2] / "catkin_ws" / "src"
+KINDS = "hubo_sim/src/hubo_sim/worlds/kinds/[!_]*.py"
 
 
 def names(pattern: str) -> str:
@@ -36,7 +37,8 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
     parser.add_argument(
         "--world",
         default="office",
-        help=f"a YAML file, or {names('hubo_sim/worlds/*.yaml')}, room:SEED, tabletop:SEED (default: office)",
+        help=f"a YAML file, or {names('hubo_sim/worlds/*.yaml')}, or of a kind ({names(KINDS)}) "
+        "what a seed makes, such as room:7 (default: office)",
     )
     parser.add_argument(
         "--robot",

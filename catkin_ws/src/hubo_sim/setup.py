@@ -1,4 +1,10 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["hubo_sim", "hubo_sim.ground_truth"], package_dir={"": "src"}))
+CONCEPTS = ("commands", "control", "ground_truth", "ros", "sensors", "worlds", "worlds.kinds")
+
+setup(
+    **generate_distutils_setup(
+        packages=["hubo_sim", *(f"hubo_sim.{concept}" for concept in CONCEPTS)], package_dir={"": "src"}
+    )
+)

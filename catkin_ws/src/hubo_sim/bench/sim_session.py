@@ -32,10 +32,10 @@ from trajectory_msgs.msg import JointTrajectoryPoint
 from hubo_description import load_robot
 from hubo_description.upload import upload
 from hubo_sim.config import SimConfig
-from hubo_sim.depth_camera import DepthCamera
-from hubo_sim.ros_cameras import RosCamera
-from hubo_sim.ros_params import robot_spec
-from hubo_sim.sim_node import SimNode
+from hubo_sim.ros.cameras import RosCamera
+from hubo_sim.ros.node import SimNode
+from hubo_sim.ros.params import robot_spec
+from hubo_sim.sensors.depth_camera import DepthCamera
 from hubo_sim.simulator import Simulator
 from hubo_sim.worlds import load_world
 

@@ -5,9 +5,9 @@ import contextlib
 from control_msgs.msg import FollowJointTrajectoryGoal
 from genpy import DeserializationError
 
-from hubo_sim.conversions import goal_from_action
+from hubo_sim.control.trajectory_goal import Refusal, check_goal
+from hubo_sim.ros.conversions import goal_from_action
 from hubo_sim.sim_robot import JointInfo
-from hubo_sim.trajectory_goal import Refusal, check_goal
 
 JOINTS = [
     JointInfo(name, i, -2.0, 2.0, max_velocity=1.0, max_effort=10.0, damping=0.1, continuous=False)

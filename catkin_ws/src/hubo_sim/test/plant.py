@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from hubo_sim.control.trajectory_controller import ControllerConfig, TrajectoryController
+from hubo_sim.control.trajectory_goal import Refusal, TrajectoryGoal
 from hubo_sim.sim_robot import JointInfo
-from hubo_sim.trajectory_controller import ControllerConfig, TrajectoryController
-from hubo_sim.trajectory_goal import Refusal, TrajectoryGoal
 
 STEP_S = 1.0 / 240.0
 

@@ -16,7 +16,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2
 from sim_helpers import PATIENCE_S, arm_goal, call, collect
 
-from hubo_sim.conversions import points_from_cloud
+from hubo_sim.ros.conversions import points_from_cloud
 
 STEP_S = 1.0 / 240.0
 RATES = [

@@ -24,9 +24,9 @@ from std_srvs.srv import Empty, Trigger
 from tf2_msgs.msg import TFMessage
 
 from hubo_sim.config import SimConfig
-from hubo_sim.conversions import points_from_cloud
 from hubo_sim.ground_truth import TrueWorld
 from hubo_sim.robot_source import load_robot_spec
+from hubo_sim.ros.conversions import points_from_cloud
 from hubo_sim.simulator import Simulator
 from hubo_sim.transforms import apply
 from hubo_sim.worlds import load_world

@@ -7,14 +7,14 @@ from scipy.spatial.transform import Rotation
 from hubo_sim.errors import SimError
 from hubo_sim.ground_truth import ObservableSet, TrueWorld, grid_centres, octree_bytes, score_map
 from hubo_sim.ground_truth.solids import BoxSolid, CylinderSolid, MeshSolid, SphereSolid
-from hubo_sim.ground_truth.triangles import (
+from hubo_sim.worlds import Bounds, load_world, parse_world
+from hubo_sim.worlds.triangles import (
     box_triangles,
     cylinder_triangles,
     mesh_triangles,
     sphere_triangles,
     surface_points,
 )
-from hubo_sim.worlds import Bounds, load_world, parse_world
 
 BOX = {
     "name": "box",

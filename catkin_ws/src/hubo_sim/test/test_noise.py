@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from hubo_description.schema import from_mapping
-from hubo_sim.noise import DepthNoise, NoiseConfig
-from hubo_sim.render import Pinhole
+from hubo_sim.sensors.noise import DepthNoise, NoiseConfig
+from hubo_sim.sensors.render import Pinhole
 
 CAMERA = Pinhole(160, 120, np.radians(58.0), np.radians(45.0))
 EDGE = (np.where(np.arange(160) < 80, 1.0, 2.0) * np.ones((120, 1))).astype(np.float32)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from hubo_sim.config import SimConfig
-from hubo_sim.conversions import laser_msg
+from hubo_sim.control.trajectory_goal import TrajectoryGoal
 from hubo_sim.errors import SimError
 from hubo_sim.robot_spec import RobotSpec
+from hubo_sim.ros.conversions import laser_msg
 from hubo_sim.simulator import Simulator
-from hubo_sim.trajectory_goal import TrajectoryGoal
 from hubo_sim.worlds import parse_world
 
 INERTIAL = '<inertial><mass value="{m}"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>'

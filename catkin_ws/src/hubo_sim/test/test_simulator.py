@@ -7,16 +7,16 @@ import pytest
 
 from hubo_description import list_robots
 from hubo_sim.config import SimConfig
+from hubo_sim.control.trajectory_goal import Code, TrajectoryGoal
 from hubo_sim.errors import SimError
-from hubo_sim.models import urdf_for_bullet
 from hubo_sim.robot_source import load_robot_spec
 from hubo_sim.robot_spec import RobotSpec
-from hubo_sim.scene import Scene
 from hubo_sim.sim_robot import SimRobot
 from hubo_sim.simulator import Simulator
-from hubo_sim.trajectory_goal import Code, TrajectoryGoal
 from hubo_sim.transforms import from_rpy
 from hubo_sim.worlds import load_world, parse_object
+from hubo_sim.worlds.models import urdf_for_bullet
+from hubo_sim.worlds.scene import Scene
 
 ARM = "huboplus/right_hand_controller"
 INERTIAL = (

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from hubo_sim.spline import JointSample, Spline, evaluate, segment
+from hubo_sim.control.spline import JointSample, Spline, evaluate, segment
 
 SMALL = st.floats(-5.0, 5.0)
 STATE = st.tuples(SMALL, SMALL, SMALL)

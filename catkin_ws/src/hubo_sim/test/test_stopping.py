@@ -5,9 +5,9 @@ import pytest
 from plant import STEP_S, Plant, goal
 
 from hubo_sim.config import SimConfig
+from hubo_sim.control.trajectory_goal import Code, TrajectoryGoal
 from hubo_sim.robot_spec import RobotSpec
 from hubo_sim.simulator import Simulator
-from hubo_sim.trajectory_goal import Code, TrajectoryGoal
 from hubo_sim.worlds import load_world
 
 LINK = """<link name="{name}"><inertial><origin xyz="0.15 0 0"/><mass value="1.5"/>

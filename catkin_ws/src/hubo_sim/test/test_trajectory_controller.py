@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from plant import STEP_S, Plant, goal, joint, refusal
 
-from hubo_sim.trajectory_controller import ControllerConfig
-from hubo_sim.trajectory_goal import Code, Tolerance, TrajectoryGoal
+from hubo_sim.control.trajectory_controller import ControllerConfig
+from hubo_sim.control.trajectory_goal import Code, Tolerance, TrajectoryGoal
 
 
 def test_reaches_the_goal_and_says_so():

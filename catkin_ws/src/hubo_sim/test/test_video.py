@@ -9,11 +9,11 @@ import pytest
 from PIL import Image
 
 from hubo_sim.config import SimConfig
+from hubo_sim.control.trajectory_goal import TrajectoryGoal
 from hubo_sim.errors import SimError
 from hubo_sim.recorder import Recorder
 from hubo_sim.robot_source import load_robot_spec
 from hubo_sim.simulator import Simulator
-from hubo_sim.trajectory_goal import TrajectoryGoal
 from hubo_sim.video import open_video
 from hubo_sim.worlds import load_world
 

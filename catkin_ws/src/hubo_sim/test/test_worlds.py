@@ -4,18 +4,19 @@ import numpy as np
 import pytest
 import yaml
 
-from hubo_sim import settle_main
+from hubo_sim.commands import settle_world
+from hubo_sim.commands.sim_node import print_worlds
 from hubo_sim.config import SimConfig
 from hubo_sim.errors import SimError
 from hubo_sim.ground_truth import TrueWorld
-from hubo_sim.ground_truth.triangles import surface_points
 from hubo_sim.paths import package_folder
-from hubo_sim.scene import Scene
-from hubo_sim.settle import largest_way, settle
-from hubo_sim.sim_main import print_worlds
 from hubo_sim.worlds import list_worlds, load_world, parse_object, parse_world
+from hubo_sim.worlds.kinds import KINDS
+from hubo_sim.worlds.scene import Scene
+from hubo_sim.worlds.settle import largest_way, settle
+from hubo_sim.worlds.triangles import surface_points
 
-GENERATED = ["room:1", "room:2", "tabletop:1", "tabletop"]
+GENERATED = [*(f"{kind}:{seed}" for kind in KINDS for seed in (1, 2)), "tabletop"]
 MINIMAL = {"description": "d", "bounds": {"min_m": [0, 0, 0], "max_m": [1, 1, 1]}}
 
 
@@ -69,7 +70,7 @@ def test_settle_world_writes_a_world_that_loads(tmp_path, monkeypatch, capsys):
     out = tmp_path / "out.yaml"
     words = ["settle_world", "--world", str(tmp_path / "in.yaml"), "--out", str(out), "--fences", "fence"]
     monkeypatch.setattr("sys.argv", words)
-    assert settle_main.main() == 0
+    assert settle_world.main() == 0
     assert "0.15" in capsys.readouterr().out
     world = load_world(str(out))
     assert [item.name for item in world.objects] == ["floor", "ball"]

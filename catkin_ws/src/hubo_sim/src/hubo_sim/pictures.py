@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from hubo_sim.files import write_whole
-from hubo_sim.render import Pinhole, take_picture
 from hubo_sim.robot_spec import RobotSpec
-from hubo_sim.scene import Scene
+from hubo_sim.sensors.render import Pinhole, take_picture
 from hubo_sim.sim_robot import SimRobot
 from hubo_sim.transforms import look_at
 from hubo_sim.worlds import ViewPoint, World
+from hubo_sim.worlds.scene import Scene
 
 _NEAR_M, _FAR_M = 0.05, 150.0
 _SKY = np.array([0.86, 0.90, 0.94])

@@ -14,8 +14,8 @@ from hubo_description.bullet_urdf import urdf_for_bullet
 from hubo_sim.bullet import BulletClient, pybullet
 from hubo_sim.errors import SimError
 from hubo_sim.robot_spec import RobotSpec
-from hubo_sim.scene import Scene, place_root, root_pose
 from hubo_sim.transforms import quaternion_of, transform
+from hubo_sim.worlds.scene import Scene, place_root, root_pose
 
 # Bullet's motor gains of position joints: with the velocity fed forward these follow a trajectory closely
 # and do not ring (bench/sim.py, case tracking).

@@ -9,15 +9,15 @@ import numpy as np
 
 import hubo_description.sensors as description
 from hubo_sim.config import SimConfig, from_mapping
-from hubo_sim.depth_camera import DepthCamera
-from hubo_sim.drives import EffortDrive, PositionDrive, make_drive
+from hubo_sim.control.drives import EffortDrive, PositionDrive, make_drive
+from hubo_sim.control.trajectory_controller import TYPES, ControllerConfig, TrajectoryController
 from hubo_sim.errors import SimError
-from hubo_sim.other_sensors import OTHER_SENSORS, ForceTorque, Imu, Lidar
 from hubo_sim.robot_spec import RobotSpec
-from hubo_sim.scene import Scene
+from hubo_sim.sensors.depth_camera import DepthCamera
+from hubo_sim.sensors.other_sensors import OTHER_SENSORS, ForceTorque, Imu, Lidar
 from hubo_sim.sim_robot import SimRobot
-from hubo_sim.trajectory_controller import TYPES, ControllerConfig, TrajectoryController
 from hubo_sim.worlds import World
+from hubo_sim.worlds.scene import Scene
 
 _log = logging.getLogger(__name__)
 _NS = 1_000_000_000

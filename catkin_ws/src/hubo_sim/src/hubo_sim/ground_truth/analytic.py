@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hubo_sim.render import Pinhole
+from hubo_sim.sensors.render import Pinhole
 from hubo_sim.transforms import inverse
 
 

@@ -12,14 +12,14 @@ import numpy as np
 from scipy.stats import qmc
 
 import hubo_description.sensors as description
-from hubo_sim.depth_camera import DepthCamera
 from hubo_sim.errors import SimError
 from hubo_sim.paths import cache_folder
-from hubo_sim.render import Pinhole, take_picture
 from hubo_sim.robot_spec import RobotSpec
-from hubo_sim.scene import Scene
+from hubo_sim.sensors.depth_camera import DepthCamera
+from hubo_sim.sensors.render import Pinhole, take_picture
 from hubo_sim.sim_robot import SimRobot
 from hubo_sim.worlds import Bounds, World
+from hubo_sim.worlds.scene import Scene
 
 _VERSION = 2  # of the method, part of the cache key
 _MIN_SAMPLES = 400

@@ -6,15 +6,15 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from hubo_sim.ground_truth.triangles import (
+from hubo_sim.transforms import apply, inverse
+from hubo_sim.worlds import WorldObject
+from hubo_sim.worlds.triangles import (
     box_triangles,
     cylinder_triangles,
     mesh_triangles,
     sphere_triangles,
     surface_points,
 )
-from hubo_sim.transforms import apply, inverse
-from hubo_sim.worlds import WorldObject
 
 # Mesh surfaces are points this close; distances to meshes are too large by at most this.
 MESH_SPACING_M = 0.01

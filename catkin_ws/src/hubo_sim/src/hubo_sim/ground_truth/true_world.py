@@ -6,10 +6,10 @@ import numpy as np
 
 from hubo_sim.bullet import pybullet
 from hubo_sim.ground_truth.solids import BoxSolid, CylinderSolid, MeshSolid, Solid, SphereSolid, solid_of
-from hubo_sim.ground_truth.triangles import mesh_triangles, surface_points
-from hubo_sim.scene import Scene, root_pose
 from hubo_sim.transforms import transform
 from hubo_sim.worlds import Bounds, World, WorldObject
+from hubo_sim.worlds.scene import Scene, root_pose
+from hubo_sim.worlds.triangles import mesh_triangles, surface_points
 
 
 class TrueWorld:

@@ -11,8 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from hubo_sim.errors import SimError
-from hubo_sim.scene import Scene
-from hubo_sim.worlds import World, WorldObject
+from hubo_sim.worlds.scene import Scene
+from hubo_sim.worlds.world import World, WorldObject
 
 _DENSITY_KG_M3 = 500.0  # of wood and rubble, voids included
 _PHYSICS_HZ = 480.0

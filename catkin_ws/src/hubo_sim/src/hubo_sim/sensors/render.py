@@ -8,8 +8,8 @@ import numpy as np
 
 from hubo_sim.bullet import pybullet
 from hubo_sim.errors import SimError
-from hubo_sim.scene import Scene
 from hubo_sim.transforms import inverse
+from hubo_sim.worlds.scene import Scene
 
 # An optical frame has x right, y down, z forward; OpenGL's camera has x right, y up, z backward.
 _OPTICAL_TO_GL = np.diag([1.0, -1.0, -1.0, 1.0])

@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 from fv_common.command import Parser
 from hubo_sim.errors import SimError
 from hubo_sim.files import write_whole
-from hubo_sim.settle import largest_way, settle
 from hubo_sim.worlds import World, load_world
+from hubo_sim.worlds.settle import largest_way, settle
 
 
 def parse_args(argv: list[str]) -> argparse.Namespace:

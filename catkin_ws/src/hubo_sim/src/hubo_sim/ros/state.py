@@ -9,7 +9,7 @@ from sensor_msgs.msg import JointState
 from tf2_msgs.msg import TFMessage
 
 from hubo_sim.config import SimConfig
-from hubo_sim.conversions import contacts_msg, joint_state_msg, time_from_ns, transform_msg
+from hubo_sim.ros.conversions import contacts_msg, joint_state_msg, time_from_ns, transform_msg
 from hubo_sim.simulator import Simulator
 
 _CONTACT_PERIOD_NS = 50_000_000  # at most this often while the same contact lasts

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from hubo_sim.bullet import BulletClient
+from hubo_sim.control.spline import JointSample
+from hubo_sim.control.trajectory_controller import ControllerConfig, check_gains
 from hubo_sim.errors import SimError
 from hubo_sim.sim_robot import SimRobot
-from hubo_sim.spline import JointSample
-from hubo_sim.trajectory_controller import ControllerConfig, check_gains
 
 
 class PositionDrive:

@@ -11,17 +11,17 @@ from dataclasses import dataclass
 import rospy
 
 from hubo_sim.config import SimConfig
-from hubo_sim.conversions import time_from_ns
 from hubo_sim.errors import SimError
-from hubo_sim.pacer import Pacer
 from hubo_sim.recorder import Recorder
-from hubo_sim.requests import RequestQueue, wait_for
-from hubo_sim.ros_cameras import RosCamera
-from hubo_sim.ros_controllers import RosController
-from hubo_sim.ros_sensors import RosSensor
-from hubo_sim.ros_services import WorldServices
-from hubo_sim.ros_state import StatePublishers
-from hubo_sim.ros_truth import TruthService
+from hubo_sim.ros.cameras import RosCamera
+from hubo_sim.ros.controllers import RosController
+from hubo_sim.ros.conversions import time_from_ns
+from hubo_sim.ros.pacer import Pacer
+from hubo_sim.ros.requests import RequestQueue, wait_for
+from hubo_sim.ros.sensors import RosSensor
+from hubo_sim.ros.services import WorldServices
+from hubo_sim.ros.state import StatePublishers
+from hubo_sim.ros.truth import TruthService
 from hubo_sim.simulator import Simulator
 
 _IDLE_WAIT_S = 0.004  # how long an idle loop waits for a request before it moves the clock on

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from hubo_sim.config import from_mapping, number
+from hubo_sim.control.spline import JointSample, Spline
+from hubo_sim.control.trajectory_goal import Code, Tolerance, TrajectoryGoal, check_goal, named_twice
 from hubo_sim.errors import SimError
 from hubo_sim.sim_robot import JointInfo
-from hubo_sim.spline import JointSample, Spline
-from hubo_sim.trajectory_goal import Code, Tolerance, TrajectoryGoal, check_goal, named_twice
 
 TYPES = ("position_controllers/JointTrajectoryController", "effort_controllers/JointTrajectoryController")
 _DEFAULT_DECELERATION = 5.0  # [rad/s^2] for stops of joints without an acceleration limit

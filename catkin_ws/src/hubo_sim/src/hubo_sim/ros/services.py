@@ -12,14 +12,14 @@ import rospy
 from fv_msgs import srv
 from std_srvs.srv import Empty, EmptyResponse
 
-from hubo_sim.conversions import header, pose_msg, time_from_ns, transform_from_pose
 from hubo_sim.errors import SimError
 from hubo_sim.paths import resolve_file
-from hubo_sim.scene import place_root
+from hubo_sim.ros.conversions import header, pose_msg, time_from_ns, transform_from_pose
 from hubo_sim.worlds import WorldObject
+from hubo_sim.worlds.scene import place_root
 
 if TYPE_CHECKING:
-    from hubo_sim.sim_node import SimNode
+    from hubo_sim.ros.node import SimNode
 
 
 class WorldServices:

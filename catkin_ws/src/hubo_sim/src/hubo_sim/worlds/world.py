@@ -15,9 +15,9 @@ from hubo_sim.config import from_mapping, number
 from hubo_sim.errors import SimError
 from hubo_sim.paths import resolve_file, worlds_folder
 from hubo_sim.transforms import from_rpy
+from hubo_sim.worlds.kinds import KINDS, generate
 
 _THIN = 1e-6  # [m] smallest size, and smallest scale
-GENERATED = ("room", "tabletop")  # kinds of worlds that are made from a seed
 SHAPES = ("box", "cylinder", "sphere", "mesh", "urdf", "sdf")
 _SHAPE_KEYS = {
     "box": ("size_m",),
@@ -134,19 +134,19 @@ def list_worlds() -> list[str]:
 
 
 def load_world(name_or_path: str) -> World:
-    """A world by name, by path of a YAML file, or made from a seed: room:SEED, tabletop:SEED; without :SEED it is 0.
+    """A world by name, by path of a YAML file, or as KIND:SEED (see worlds.kinds); without :SEED it is 0.
 
     Raises SimError in one line.
     """
     kind, colon, seed = name_or_path.partition(":")
-    if colon or kind in GENERATED:
+    if colon or kind in KINDS:
         return _generated(kind, seed if colon else "0")
     is_path = name_or_path.endswith((".yaml", ".yml"))
     path = Path(name_or_path) if is_path else worlds_folder() / f"{name_or_path}.yaml"
     if not path.is_file():
+        seeded = [f"{kind}:SEED" for kind in KINDS]
         raise SimError(
-            f"unknown world {name_or_path!r}; valid: {', '.join(list_worlds())}, "
-            "room:SEED, tabletop:SEED, or a path to a .yaml"
+            f"unknown world {name_or_path!r}; valid: {', '.join([*list_worlds(), *seeded])}, or a path to a .yaml"
         )
     try:
         content = read_yaml_file(path)
@@ -156,8 +156,8 @@ def load_world(name_or_path: str) -> World:
 
 
 def _generated(kind: str, seed: str) -> World:
-    from hubo_sim.world_generator import generate  # it reads meshes, which most worlds need not
-
+    if kind not in KINDS:
+        raise SimError(f"unknown kind of world {kind!r}; valid: {', '.join(KINDS)}")
     if not (seed.isascii() and seed.isdigit()):
         raise SimError(f"world {kind}:{seed}: the seed must be a non-negative integer")
     return parse_world(generate(kind, int(seed)), f"{kind}_{seed}", f"{kind}:{seed}")

@@ -16,9 +16,9 @@ from control_msgs.msg import (
 from control_msgs.srv import QueryTrajectoryState, QueryTrajectoryStateResponse
 from trajectory_msgs.msg import JointTrajectory
 
-from hubo_sim.conversions import controller_state_msg, goal_from_action, goal_from_trajectory, header
-from hubo_sim.trajectory_controller import Outcome, TrajectoryController
-from hubo_sim.trajectory_goal import Code, Refusal, TrajectoryGoal
+from hubo_sim.control.trajectory_controller import Outcome, TrajectoryController
+from hubo_sim.control.trajectory_goal import Code, Refusal, TrajectoryGoal
+from hubo_sim.ros.conversions import controller_state_msg, goal_from_action, goal_from_trajectory, header
 
 # How long the action server lists goals that have ended. actionlib's 5 s may pass within half a second of wall time
 # when the simulation runs as fast as it goes: a client that is slower would think its goal lost.

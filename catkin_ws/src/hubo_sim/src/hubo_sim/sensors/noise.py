@@ -6,7 +6,7 @@ import numpy as np
 
 from hubo_description.sensors import AxialNoise
 from hubo_description.sensors import DepthNoise as NoiseConfig
-from hubo_sim.render import Pinhole
+from hubo_sim.sensors.render import Pinhole
 
 # A pixel belongs to a depth edge when a neighbour's depth differs by more than this share of its own.
 _EDGE_SHARE = 0.03

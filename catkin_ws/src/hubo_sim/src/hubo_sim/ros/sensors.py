@@ -8,9 +8,9 @@ from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Imu as ImuMsg
 from sensor_msgs.msg import LaserScan, PointCloud2
 
-from hubo_sim.conversions import cloud_msg, header, imu_msg, laser_msg, wrench_msg
-from hubo_sim.other_sensors import ForceTorque, Imu, Lidar
-from hubo_sim.scene import Scene
+from hubo_sim.ros.conversions import cloud_msg, header, imu_msg, laser_msg, wrench_msg
+from hubo_sim.sensors.other_sensors import ForceTorque, Imu, Lidar
+from hubo_sim.worlds.scene import Scene
 
 
 class RosSensor:

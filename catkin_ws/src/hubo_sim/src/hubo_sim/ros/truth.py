@@ -10,9 +10,9 @@ from fv_msgs import srv
 from octomap_msgs.msg import Octomap
 
 from hubo_sim.background import run_apart
-from hubo_sim.conversions import header, time_from_ns
 from hubo_sim.errors import SimError
 from hubo_sim.ground_truth import TruthRequest, octree_data, true_voxels
+from hubo_sim.ros.conversions import header, time_from_ns
 from hubo_sim.simulator import Simulator
 
 

@@ -11,10 +11,10 @@ from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan, Point
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
-from hubo_sim.render import Pinhole
+from hubo_sim.control.spline import JointSample
+from hubo_sim.control.trajectory_goal import Code, Refusal, Tolerance, TrajectoryGoal, named_twice
+from hubo_sim.sensors.render import Pinhole
 from hubo_sim.simulator import ContactLog
-from hubo_sim.spline import JointSample
-from hubo_sim.trajectory_goal import Code, Refusal, Tolerance, TrajectoryGoal, named_twice
 from hubo_sim.transforms import quaternion_of, transform
 
 _FAR_M = 1e6  # beyond, coordinates lose the digits that physics needs

@@ -8,9 +8,9 @@ import rospy
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 from std_srvs.srv import Trigger, TriggerResponse
 
-from hubo_sim.conversions import camera_info_msg, cloud_msg, color_msg, depth_msg, header
-from hubo_sim.depth_camera import DepthCamera
-from hubo_sim.scene import Scene
+from hubo_sim.ros.conversions import camera_info_msg, cloud_msg, color_msg, depth_msg, header
+from hubo_sim.sensors.depth_camera import DepthCamera
+from hubo_sim.worlds.scene import Scene
 
 
 class RosCamera:

@@ -8,10 +8,11 @@ import rospy
 
 from fv_common.ros_master import wait_for_master
 from hubo_sim.errors import SimError
-from hubo_sim.ros_params import robot_spec, sim_config
-from hubo_sim.sim_node import SimNode
+from hubo_sim.ros.node import SimNode
+from hubo_sim.ros.params import robot_spec, sim_config
 from hubo_sim.simulator import Simulator
-from hubo_sim.worlds import GENERATED, list_worlds, load_world
+from hubo_sim.worlds import list_worlds, load_world
+from hubo_sim.worlds.kinds import KINDS
 
 _HELP = """usage: rosrun hubo_sim sim_node [--list] [_world:=NAME] [_seed:=N] [_lockstep:=true] ...
 Simulates the robot on the parameter server (rosrun hubo_description upload_robot --robot NAME) in a world.
@@ -23,7 +24,7 @@ def print_worlds() -> None:
     """One line a world; of those that are made from a seed, what seed 0 makes."""
     for name in list_worlds():
         print(f"{name:14} {load_world(name).description}")
-    for kind in GENERATED:
+    for kind in KINDS:
         print(f"{kind + ':SEED':14} {load_world(kind).description} (any other seed: another one)")
 
 

@@ -1,0 +1,1 @@
+"""Commands: the simulator node, the true world, pictures of scenes, worlds that come to rest."""

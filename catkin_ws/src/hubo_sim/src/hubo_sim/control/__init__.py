@@ -1,0 +1,1 @@
+"""Controllers as ros_control has them: goals, splines, tolerances, drives. No ROS."""

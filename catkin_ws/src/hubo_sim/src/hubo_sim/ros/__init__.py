@@ -1,0 +1,1 @@
+"""The node: messages, services and publishers around the simulator."""

@@ -1,0 +1,1 @@
+"""What the robot senses: rendered depth with noise, lidars, inertial units, forces. No ROS."""
