@@ -10,10 +10,15 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import IO
 
 import fuzzing
 import last_resort
@@ -43,6 +48,13 @@ class Tally:
     skipped: list[str] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
     slow: list[tuple[float, str]] = field(default_factory=list)
+
+    def add(self, other: Tally) -> None:
+        self.passed += other.passed
+        self.failed += other.failed
+        self.skipped += other.skipped
+        self.failures += other.failures
+        self.slow += other.slow
 
     def fail(self, what: str) -> None:
         self.failed += 1
@@ -78,28 +90,92 @@ class Tally:
             self.slow.append((seconds, name))
 
 
-def run(command: list[str], log: Path, **options) -> int:
-    """Run a command in a process group of its own, output into a log; the exit code. The group is ended with it."""
-    with log.open("wb") as output:
-        process = subprocess.Popen(
-            command,
-            stdout=output,
-            stderr=subprocess.STDOUT,
-            stdin=subprocess.DEVNULL,
-            start_new_session=True,
-            **options,
-        )
+@dataclass(frozen=True)
+class Suite:
+    """Tests that run together, beside other suites."""
+
+    name: str
+    run: Callable[[Tally, Path], None]  # given where to count and the folder for logs
+
+
+class Processes:
+    """The process groups that are running, so that an interruption ends them."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._running: set[int] = set()
+        self._closed = False
+
+    def run(self, command: list[str], output: IO[bytes], **options) -> int:
+        """Run a command in a process group of its own; its exit code, 124 if it took too long."""
+        with self._lock:
+            if self._closed:
+                return INTERRUPTED
+            process = subprocess.Popen(
+                command,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                stdin=subprocess.DEVNULL,
+                start_new_session=True,
+                **options,
+            )
+            self._running.add(process.pid)
         try:
             return process.wait(SUITE_TIMEOUT_S)
         except subprocess.TimeoutExpired:
             return 124
         finally:
-            for how in (signal.SIGTERM, signal.SIGKILL):
-                try:
-                    os.killpg(process.pid, how)
-                except ProcessLookupError:
-                    break
-                time.sleep(0.2)
+            self._end(process.pid)
+            process.wait()
+            with self._lock:
+                self._running.discard(process.pid)
+
+    def end_all(self) -> None:
+        """End what runs; nothing starts any more."""
+        with self._lock:
+            self._closed = True
+            running = list(self._running)
+        for group in running:
+            self._end(group)
+
+    @staticmethod
+    def _end(group: int) -> None:
+        for how in (signal.SIGTERM, signal.SIGKILL):
+            try:
+                os.killpg(group, how)
+            except ProcessLookupError:
+                break
+            time.sleep(0.2)
+
+
+PROCESSES = Processes()
+
+
+def run(command: list[str], log: Path, **options) -> int:
+    """Run a command, output into a log; the exit code. Its process group is ended with it."""
+    with log.open("wb") as output:
+        return PROCESSES.run(command, output, **options)
+
+
+def run_suites(suites: list[Suite], tally: Tally, work: Path, jobs: int) -> None:
+    """Run so many suites at a time, in this order; a line as each ends."""
+
+    def one(suite: Suite) -> Tally:
+        counted, start = Tally(), time.monotonic()
+        suite.run(counted, work)
+        counts = f"{counted.passed} passed, {counted.failed} failed"
+        print(f"  {suite.name} took {time.monotonic() - start:.0f} s ({counts})", flush=True)
+        return counted
+
+    with ThreadPoolExecutor(jobs) as pool:
+        waiting = [pool.submit(one, suite) for suite in suites]
+        try:
+            for suite in waiting:
+                tally.add(suite.result())
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            PROCESSES.end_all()
+            raise
 
 
 def packages() -> list[str]:
@@ -153,32 +229,41 @@ def gtest_programs() -> list[tuple[str, Path]]:
     return [(package, DEVEL / "lib" / package / name) for package, name in found if package in known]
 
 
-def run_gtests(tally: Tally, work: Path, only: list[str]) -> None:
-    """Every gtest program, one after the other."""
-    for package, program in gtest_programs():
-        if package not in only:
-            continue
-        suite = f"{package}/{program.name}"
-        if not program.exists():
-            tally.fail(f"{suite}: was not built")
-            continue
-        report = work / f"{package}-{program.name}.xml"
-        code = run([str(program), f"--gtest_output=xml:{report}"], work / f"{program.name}.log", cwd=work)
-        tally.add_junit(report, suite, code)
+def gtest_suites(only: list[str]) -> list[Suite]:
+    """Every gtest program."""
+    return [
+        Suite(f"{package}/{program.name}", partial(gtest, f"{package}/{program.name}", program))
+        for package, program in gtest_programs()
+        if package in only
+    ]
 
 
-def run_pytests(tally: Tally, work: Path, only: list[str]) -> None:
+def gtest(suite: str, program: Path, tally: Tally, work: Path) -> None:
+    if not program.exists():
+        tally.fail(f"{suite}: was not built")
+        return
+    report = work / f"{suite.replace('/', '-')}.xml"
+    code = run([str(program), f"--gtest_output=xml:{report}"], work / f"{program.name}.log", cwd=work)
+    tally.add_junit(report, suite, code)
+
+
+def pytest_suites(only: list[str]) -> list[Suite]:
     """The pytest files of every package, and of the scripts, in one process each."""
     folders = {name: SOURCES / name / "test" for name in only} | {
         "scripts": ROOT / "scripts" / "lib" / "tests"
     }
-    for name, folder in folders.items():
-        if not list(folder.rglob("test_*.py")):
-            continue
-        pytest(tally, work, name, f"--ignore={DOCUMENTS}", str(folder))
+    return [
+        pytest_suite(name, f"--ignore={DOCUMENTS}", str(folder))
+        for name, folder in folders.items()
+        if list(folder.rglob("test_*.py"))
+    ]
 
 
-def pytest(tally: Tally, work: Path, name: str, *arguments: str) -> None:
+def pytest_suite(name: str, *arguments: str) -> Suite:
+    return Suite(f"{name}/pytest", partial(pytest, name, arguments))
+
+
+def pytest(name: str, arguments: Sequence[str], tally: Tally, work: Path) -> None:
     """One run of pytest; its log and report are named after it."""
     report = work / f"{name}-pytest.xml"
     command = [
@@ -195,35 +280,39 @@ def pytest(tally: Tally, work: Path, name: str, *arguments: str) -> None:
     tally.add_junit(report, f"{name}/pytest", code)
 
 
-def run_documents(tally: Tally, work: Path, only: list[str]) -> None:
+def document_suites(only: list[str]) -> list[Suite]:
     """The commands of all documents, or of those of some packages."""
     chosen = [] if only == packages() else [f"[{name}]" for name in only]
-    pytest(tally, work, "documents", str(DOCUMENTS), "-k", " or ".join(["plan", *chosen]) if chosen else "")
+    return [pytest_suite("documents", str(DOCUMENTS), "-k", " or ".join(["plan", *chosen]) if chosen else "")]
 
 
-def run_rostests(tally: Tally, work: Path, only: list[str]) -> None:
+def rostest_suites(only: list[str]) -> list[Suite]:
     """Every .test file, each with a master of its own."""
-    for name in only:
-        for launch in sorted((SOURCES / name / "test").glob("*.test")):
-            home = work / f"{name}-{launch.stem}"
-            home.mkdir()
-            environment = dict(
-                os.environ, ROS_HOME=str(home), ROS_LOG_DIR=str(home / "log"), ROS_HOSTNAME="localhost"
-            )
-            environment.pop("ROS_MASTER_URI", None)
-            code = run(
-                [*OWN_NETWORK, "rostest", name, launch.name],
-                work / f"{name}-{launch.stem}.log",
-                env=environment,
-            )
-            reports = [path for path in home.glob("test_results/**/*.xml") if "rostest-" not in path.name]
-            if not reports:
-                tally.fail(f"{name}/{launch.name}: left no test results (exit code {code})")
-            for report in reports:
-                tally.add_junit(report, f"{name}/{launch.name}", code)
+    return [
+        Suite(f"{name}/{launch.name}", partial(rostest, name, launch))
+        for name in only
+        for launch in sorted((SOURCES / name / "test").glob("*.test"))
+    ]
 
 
-def run_sanitized(tally: Tally, work: Path, only: list[str]) -> None:
+def rostest(name: str, launch: Path, tally: Tally, work: Path) -> None:
+    home = work / f"{name}-{launch.stem}"
+    home.mkdir()
+    environment = dict(
+        os.environ, ROS_HOME=str(home), ROS_LOG_DIR=str(home / "log"), ROS_HOSTNAME="localhost"
+    )
+    environment.pop("ROS_MASTER_URI", None)
+    code = run(
+        [*OWN_NETWORK, "rostest", name, launch.name], work / f"{name}-{launch.stem}.log", env=environment
+    )
+    reports = [path for path in home.glob("test_results/**/*.xml") if "rostest-" not in path.name]
+    if not reports:
+        tally.fail(f"{name}/{launch.name}: left no test results (exit code {code})")
+    for report in reports:
+        tally.add_junit(report, f"{name}/{launch.name}", code)
+
+
+def run_sanitized(only: list[str], tally: Tally, work: Path) -> None:
     """The gtests once more, built with address and undefined-behaviour sanitizers."""
     programs = [(package, program.name) for package, program in gtest_programs() if package in only]
     build, devel = ROOT / ".setup" / "sanitized" / "build", ROOT / ".setup" / "sanitized" / "devel"
@@ -256,7 +345,7 @@ def run_sanitized(tally: Tally, work: Path, only: list[str]) -> None:
         tally.add_junit(report, f"sanitized {package}/{name}", code)
 
 
-def run_fuzzing(tally: Tally, work: Path, only: list[str], minutes: float | None = None) -> None:
+def run_fuzzing(only: list[str], minutes: float | None, tally: Tally, work: Path) -> None:
     """Fuzz targets, each a test case; an ordinary run's minute is shared as if all packages were asked for."""
     for command in fuzzing.python_commands():
         if run(command, work / "fuzz-python.log") != 0:
@@ -323,39 +412,35 @@ def report(tally: Tally) -> int:
     return 1 if tally.failed or not tally.passed else 0
 
 
+def chosen_suites(arguments: argparse.Namespace) -> list[Suite]:
+    """What is to run, the longest first."""
+    only = arguments.packages or packages()
+    if arguments.sanitize:
+        return [Suite("gtest with sanitizers", partial(run_sanitized, only))]
+    if arguments.fuzz is not None:
+        return [Suite("fuzzing", partial(run_fuzzing, only, arguments.fuzz))]
+    short = [Suite("style gates", check_gates), *pytest_suites(only), *gtest_suites(only)]
+    if arguments.fast:
+        return short
+    fuzz = Suite("fuzzing", partial(run_fuzzing, only, None))
+    return [*document_suites(only), fuzz, *rostest_suites(only), *short]
+
+
 def main() -> int:
     interrupt_on_signals()
     arguments = parse_arguments(sys.argv[1:])
     refused = own_network.refusal()
     if refused:
         print(f"test: {own_network.OPEN_DOORS.format(refused)}", flush=True)
-    only = arguments.packages or packages()
-    stages = {
-        "style gates": lambda t, w, _only: check_gates(t, w),
-        "gtest": run_gtests,
-        "pytest": run_pytests,
-    }
-    if not arguments.fast:
-        stages |= {"rostest": run_rostests, "fuzzing": run_fuzzing, "documents": run_documents}
-    if arguments.sanitize:
-        stages = {"gtest with sanitizers": run_sanitized}
-    if arguments.fuzz is not None:
-        stages = {"fuzzing": lambda t, w, o: run_fuzzing(t, w, o, arguments.fuzz)}
     work = Path(tempfile.mkdtemp(prefix="fv-test-"))
     tally = Tally()
+    # Two suites on one network might ask for one port.
+    jobs = 1 if refused else max(1, min(4, len(os.sched_getaffinity(0))))
     try:
-        for name, stage in stages.items():
-            start, before = time.monotonic(), (tally.passed, tally.failed)
-            print(f"{name} ...", flush=True)
-            stage(tally, work, only)
-            counts = f"{tally.passed - before[0]} passed, {tally.failed - before[1]} failed"
-            print(f"  stage {name} took {time.monotonic() - start:.0f} s ({counts})", flush=True)
+        run_suites(chosen_suites(arguments), tally, work, jobs)
         return report(tally)
     except KeyboardInterrupt:
-        print(
-            f"test: interrupted in '{name}'; {tally.passed} passed, {tally.failed} failed so far",
-            file=sys.stderr,
-        )
+        print(f"test: interrupted; {tally.passed} passed, {tally.failed} failed so far", file=sys.stderr)
         return INTERRUPTED
     finally:
         if arguments.logs:
