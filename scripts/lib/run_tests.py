@@ -104,12 +104,12 @@ class Processes:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._running: set[int] = set()
-        self._closed = False
+        self.closed = False
 
     def run(self, command: list[str], output: IO[bytes], **options) -> int:
         """Run a command in a process group of its own; its exit code, 124 if it took too long."""
         with self._lock:
-            if self._closed:
+            if self.closed:
                 return INTERRUPTED
             process = subprocess.Popen(
                 command,
@@ -133,7 +133,7 @@ class Processes:
     def end_all(self) -> None:
         """End what runs; nothing starts any more."""
         with self._lock:
-            self._closed = True
+            self.closed = True
             running = list(self._running)
         for group in running:
             self._end(group)
@@ -160,18 +160,23 @@ def run(command: list[str], log: Path, **options) -> int:
 def run_suites(suites: list[Suite], tally: Tally, work: Path, jobs: int) -> None:
     """Run so many suites at a time, in this order; a line as each ends."""
 
-    def one(suite: Suite) -> Tally:
+    lock = threading.Lock()
+
+    def one(suite: Suite) -> None:
         counted, start = Tally(), time.monotonic()
         suite.run(counted, work)
+        if PROCESSES.closed:
+            return
         counts = f"{counted.passed} passed, {counted.failed} failed"
         print(f"  {suite.name} took {time.monotonic() - start:.0f} s ({counts})", flush=True)
-        return counted
+        with lock:
+            tally.add(counted)
 
     with ThreadPoolExecutor(jobs) as pool:
         waiting = [pool.submit(one, suite) for suite in suites]
         try:
             for suite in waiting:
-                tally.add(suite.result())
+                suite.result()
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             PROCESSES.end_all()
