@@ -5,6 +5,12 @@ from setuptools import setup
 
 setup(
     **generate_distutils_setup(
-        packages=["fv_exploration", "fv_exploration.recordings"], package_dir={"": "src"}
+        packages=[
+            "fv_exploration",
+            "fv_exploration.recordings",
+            "fv_exploration.ros",
+            "fv_exploration.strategy",
+        ],
+        package_dir={"": "src"},
     )
 )

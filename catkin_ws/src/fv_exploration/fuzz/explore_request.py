@@ -11,9 +11,9 @@ from genpy import DeserializationError
 from sensor_msgs.msg import PointCloud2
 
 from fv_exploration import MapConfig, OccupancyMap
-from fv_exploration.conversions import held_objects, points_from_cloud
 from fv_exploration.explore_config import ExploreConfig
-from fv_exploration.explore_goal import configured, volume
+from fv_exploration.ros.conversions import held_objects, points_from_cloud
+from fv_exploration.ros.explore_goal import configured, volume
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.schema import from_mapping
 

@@ -5,7 +5,7 @@ import pytest
 from sensor_msgs.msg import PointField
 from std_msgs.msg import Header
 
-from fv_exploration.conversions import (
+from fv_exploration.ros.conversions import (
     MessageError,
     cloud_msg,
     matrix_from_pose,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from recorded import cloud, pcd, wall, write_bag
 
-from fv_exploration import evaluate_cloud
-from fv_exploration.evaluation_files import ENDINGS, result_names, whole_files
+from fv_exploration.recordings import evaluate_cloud
+from fv_exploration.recordings.evaluation_files import ENDINGS, result_names, whole_files
 
 FAST = ["--resolution", "0.1", "--views", "1", "--utility-range", "1"]
 

@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from fv_exploration import start_checks
 from fv_exploration.explore_config import ExploreConfig
-from fv_exploration.explore_goal import configured, enclosing_box, volume
+from fv_exploration.ros.explore_goal import configured, enclosing_box, volume
 from fv_exploration.warning_list import MOST, WarningList
 
 CONFIG = ExploreConfig()

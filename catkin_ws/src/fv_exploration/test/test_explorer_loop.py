@@ -18,8 +18,8 @@ from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.gain_judge import GainJudge
 from fv_exploration.known_since import NEVER, KnownSince
 from fv_exploration.outcome import SEEN_SHARE, Decision, Funnel, Reason, nothing_left
-from fv_exploration.reachable_views import ReachableViews
-from fv_exploration.view_choice import ViewChooser
+from fv_exploration.strategy.frontier_void import ViewChooser
+from fv_exploration.strategy.reachable_views import ReachableViews
 from hubo_description.schema import from_mapping
 
 ROOM = (np.array([-1.0, -1.0, 0.0]), np.array([1.0, 1.0, 2.0]))

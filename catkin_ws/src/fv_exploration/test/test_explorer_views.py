@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from fv_exploration.explore_config import ViewSettings
-from fv_exploration.reachable_views import ReachableViews
-from fv_exploration.view_choice import Candidates, ViewChooser
-from fv_exploration.view_geometry import spread_out, upright_poses
+from fv_exploration.strategy.frontier_void import Candidates, ViewChooser
+from fv_exploration.strategy.reachable_views import ReachableViews
+from fv_exploration.strategy.view_geometry import spread_out, upright_poses
 
 
 class BallArm:

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from fv_exploration.joint_history import STALE_S, JointHistory
+from fv_exploration.ros.joint_history import STALE_S, JointHistory
 
 REST_S, SPEED = 0.3, 0.01
 

@@ -5,9 +5,9 @@ import pytest
 from fv_msgs.msg import AttachedObject, AttachedObjects
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 
-from fv_exploration.conversions import MessageError, held_objects
-from fv_exploration.reachable_views import CameraFit, DrawnViews
 from fv_exploration.robot_body import CarriedCamera, RobotBody
+from fv_exploration.ros.conversions import MessageError, held_objects
+from fv_exploration.strategy.reachable_views import CameraFit, DrawnViews
 from fv_robot_model import LinkFilterConfig, SelfFilter, SelfFilterConfig
 from hubo_description import load_robot
 

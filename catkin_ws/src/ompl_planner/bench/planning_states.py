@@ -26,7 +26,7 @@ from fv_exploration.exploration import Exploration, Plan, Scan
 from fv_exploration.explore_config import ExploreConfig, StopSettings, ViewSettings
 from fv_exploration.gain_judge import GainJudge
 from fv_exploration.robot_body import clearance_voxels
-from fv_exploration.view_choice import ViewChooser
+from fv_exploration.strategy.frontier_void import ViewChooser
 from fv_robot_model import PointClass, RobotModel, SelfFilter, SelfFilterConfig, body_voxels
 from hubo_description import load_robot
 from hubo_sim.config import SimConfig

@@ -1,7 +1,7 @@
 """Frontier-void exploration: occupancy map, frontiers, voids, utility and view gain.
 
 Everything here works without ROS; lengths are metres, angles radians, and points are in the map frame unless their name
-says otherwise. Modules that need ROS are imported by name (``fv_exploration.conversions``).
+says otherwise. Modules that need ROS are imported by name (``fv_exploration.ros.conversions``).
 
 >>> import numpy as np
 >>> from fv_exploration import Evaluator, MapConfig, OccupancyMap, ScanConfig

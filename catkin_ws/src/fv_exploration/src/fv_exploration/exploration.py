@@ -17,7 +17,7 @@ from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.gain_judge import GainJudge
 from fv_exploration.outcome import SEEN_SHARE, Decision, Outcome, Reason, nothing_left
 from fv_exploration.returns import Returns
-from fv_exploration.view_choice import Candidates, ViewChooser
+from fv_exploration.strategy.frontier_void import Candidates, ViewChooser
 
 Array = NDArray[np.float64]
 

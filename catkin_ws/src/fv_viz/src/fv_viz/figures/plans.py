@@ -100,7 +100,8 @@ def _lifted(pose: Pose, height: float) -> Pose:
 
 def _empty_map() -> MapUpdate:
     """An octree of nothing but free space about the robot, as the map's owner writes it."""
-    from fv_exploration import _core, conversions
+    from fv_exploration import _core
+    from fv_exploration.ros import conversions
 
     grid = _core.OccupancyMap(_core.MapConfig(resolution_m=0.1, bounds_min=[-1, -1, 0], bounds_max=[1, 1, 2]))
     grid.mark_free(np.array([[0.0, 0.0, 1.0]]))

@@ -145,7 +145,7 @@ def _evaluated(clouds, seen, bounds: np.ndarray, resolution: float, made_by: str
 
 
 def _message(grid, evaluator) -> Evaluation:
-    from fv_exploration import conversions
+    from fv_exploration.ros import conversions
 
     found = evaluator.update()
     msg = conversions.evaluation_msg(grid, found, evaluator.utility(RANGE_M), FRAME)

@@ -15,10 +15,10 @@ from octomap_msgs.msg import Octomap
 from octomap_msgs.srv import GetOctomap, GetOctomapResponse
 from std_msgs.msg import Header
 
-from fv_exploration import conversions
 from fv_exploration.exploration import Step
+from fv_exploration.ros import conversions
 from fv_exploration.run_folder import RunFolder
-from fv_exploration.view_choice import Candidates
+from fv_exploration.strategy.frontier_void import Candidates
 
 Array = NDArray[np.float64]
 SNAPSHOT_TIMEOUT_S = 60.0

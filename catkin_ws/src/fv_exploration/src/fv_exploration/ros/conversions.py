@@ -128,7 +128,7 @@ def volume_msg(
 
 
 def views_msg(candidates: Any, chosen: int, header: Header) -> Views:
-    """fv_msgs/Views of ``view_choice.Candidates``; camera and counters are left for the caller."""
+    """fv_msgs/Views of ``frontier_void.Candidates``; camera and counters are left for the caller."""
     rows = zip(
         candidates.poses,
         candidates.utility,

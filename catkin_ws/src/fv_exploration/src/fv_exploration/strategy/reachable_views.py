@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
-from fv_exploration.view_geometry import upright_poses
+from fv_exploration.strategy.view_geometry import upright_poses
 
 Array = NDArray[np.float64]
 

@@ -24,15 +24,12 @@ from fv_exploration import (
     OccupancyMap,
     PinholeCamera,
     ScanConfig,
-    explore_goal,
     start_checks,
 )
-from fv_exploration.conversions import held_objects
 from fv_exploration.exploration import Exploration, ExplorationError
 from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.gain_judge import GainJudge
 from fv_exploration.outcome import Outcome, Reason
-from fv_exploration.reachable_views import CameraFit, DrawnViews, ReachableViews
 from fv_exploration.robot_body import (
     CarriedCamera,
     HeldObject,
@@ -40,10 +37,13 @@ from fv_exploration.robot_body import (
     clearance_boxes,
     clearance_voxels,
 )
-from fv_exploration.ros_audience import MapPublisher, RosAudience
-from fv_exploration.ros_robot import RosRobot
+from fv_exploration.ros import explore_goal
+from fv_exploration.ros.audience import MapPublisher, RosAudience
+from fv_exploration.ros.conversions import held_objects
+from fv_exploration.ros.robot import RosRobot
 from fv_exploration.run_folder import RunFolder
-from fv_exploration.view_choice import ViewChooser
+from fv_exploration.strategy.frontier_void import ViewChooser
+from fv_exploration.strategy.reachable_views import CameraFit, DrawnViews, ReachableViews
 from fv_exploration.warning_list import WarningList
 from hubo_description.check import require_shapes
 from hubo_description.schema import from_mapping

@@ -26,16 +26,16 @@ from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
-from fv_exploration.conversions import (
+from fv_exploration.exploration import ExplorationError, Plan, Scan, ScanError
+from fv_exploration.explore_config import ExploreConfig
+from fv_exploration.ros.conversions import (
     MessageError,
     cloud_msg,
     matrix_from_transform,
     points_from_cloud,
     pose_array,
 )
-from fv_exploration.exploration import ExplorationError, Plan, Scan, ScanError
-from fv_exploration.explore_config import ExploreConfig
-from fv_exploration.joint_history import JointHistory
+from fv_exploration.ros.joint_history import JointHistory
 
 Array = NDArray[np.float64]
 POLL_S = 0.01

@@ -29,10 +29,10 @@ from fv_exploration import (
     write_color_tree,
     write_utility_tree,
 )
-from fv_exploration.evaluation_files import result_names, whole_files
-from fv_exploration.evaluation_picture import draw_evaluation
 from fv_exploration.recordings import RecordingError, read_scans
 from fv_exploration.recordings.errors import Warn
+from fv_exploration.recordings.evaluation_files import result_names, whole_files
+from fv_exploration.recordings.evaluation_picture import draw_evaluation
 from fv_exploration.returns import Returns
 
 MAX_RAYS = 10_000_000

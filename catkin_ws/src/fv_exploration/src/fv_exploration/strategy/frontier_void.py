@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from fv_exploration.explore_config import ViewSettings
 from fv_exploration.outcome import Funnel
-from fv_exploration.reachable_views import FREE, DrawnViews, ReachableViews
-from fv_exploration.view_geometry import angles_between, are_alike, spread_out, upright_poses
+from fv_exploration.strategy.reachable_views import FREE, DrawnViews, ReachableViews
+from fv_exploration.strategy.view_geometry import angles_between, are_alike, spread_out, upright_poses
 
 Array = NDArray[np.float64]
 

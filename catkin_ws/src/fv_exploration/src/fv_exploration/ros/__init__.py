@@ -1,0 +1,1 @@
+"""What needs ROS: messages, topics, services and actions around the exploration."""

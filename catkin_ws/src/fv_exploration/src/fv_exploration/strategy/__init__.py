@@ -1,0 +1,1 @@
+"""Which view is next: strategies, and what they are made of. Free of ROS."""
