@@ -73,6 +73,39 @@ def test_map_frames_beside_the_chain_are_found(path):
     assert read(path, clouds(20.0), transforms, map_frame="tag") == ([17.0], [])
 
 
+def test_a_motion_in_a_gap_of_tf_is_told(path):
+    stamps = [10.0, 10.1, 10.2, 13.0, 13.1]
+    poses, warnings = read(path, clouds(10.15, 11.6, 13.05), moving(*stamps))
+    assert poses == pytest.approx([10.15, 11.6, 13.05])
+    assert len(warnings) == 1
+    assert "'map' -> 'cam' moved in a gap of 2.8 s without samples" in warnings[0]
+    standing = [("/tf", stamp, "map", "cam", 5.0) for stamp in stamps]
+    assert read(path, clouds(11.6), standing) == ([5.0], [])
+    assert read(path, clouds(25.0), moving(10.0, 20.0, 30.0, 40.0)) == ([25.0], [])  # as seldom as always
+
+
+@pytest.mark.parametrize("apart_s", [0.0, 0.0005])
+def test_transforms_that_two_nodes_send_are_told(path, apart_s):
+    first, second = moving(10.0, 10.1, 10.2), [
+        ("/tf", stamp + apart_s, "map", "cam", stamp + 1.5) for stamp in (10.0, 10.1, 10.2)
+    ]  # fmt: skip
+    _, warnings = read(path, clouds(10.1), first + second)
+    assert len(warnings) == 1
+    assert "'map' -> 'cam' jumps" in warnings[0] and "sent twice" in warnings[0]
+    turned = [("/tf", stamp + apart_s, "map", "cam", stamp, (0.0, 0.0, 1.0, 0.0)) for stamp in (10.0, 10.1)]
+    assert "jumps" in read(path, clouds(10.1), first + turned)[1][0]
+    assert read(path, clouds(10.1), first + first) == ([10.1], [])
+
+
+def test_trees_of_tf_that_nothing_connects_are_told(path):
+    apart = moving(10.0, 30.0, parent="odom", child="base") + moving(1.0, parent="mount", topic="/tf_static")
+    poses, warnings = read(path, clouds(10.0, 20.0), apart)
+    assert poses == [1.0, 1.0]
+    assert len(warnings) == 1
+    assert "does not connect 'cam' with 'base', 'odom': the map is in frame 'mount'" in warnings[0]
+    assert read(path, clouds(10.0), apart, map_frame="mount") == ([1.0], [])
+
+
 def test_clouds_outside_of_the_span_are_left_out_and_told(path):
     poses, warnings = read(path, clouds(9.5, 10.0, 20.0, 30.0, 31.0), moving(10.0, 20.0, 30.0))
     assert poses == [10.0, 20.0, 30.0]

@@ -93,6 +93,22 @@ def test_numbers_of_every_type_are_read(tmp_path, kind, dtype, data):
     assert len(warnings) == (kind != "F")
 
 
+@pytest.mark.parametrize("dtype", ["f4", "f8"])
+@pytest.mark.parametrize("data", ["binary", "binary_compressed"])
+def test_numbers_of_a_machine_with_the_other_byte_order_are_told(tmp_path, dtype, data):
+    points = np.random.default_rng(5).uniform(-3, 3, (200, 3)).astype(">" + dtype)
+    warnings = []
+    scan = read(tmp_path / "cloud.pcd", pcd(points, data), warnings)
+    assert np.array_equal(scan.points_sensor, points)
+    assert len(warnings) == 1
+    assert "other byte order" in warnings[0]
+
+
+def test_a_mark_of_utf8_is_no_part_of_the_header(tmp_path):
+    content = b"\xef\xbb\xbf" + pcd(POINTS).split(b"\n", 2)[2]  # FIELDS right after it
+    assert np.array_equal(read(tmp_path / "cloud.pcd", content).points_sensor, POINTS, equal_nan=True)
+
+
 def test_line_ends_comments_and_words_of_other_systems(tmp_path):
     text = (
         "# made elsewhere\r\n# twice\r\nVERSION .7\r\nFIELDS x y z\r\nSIZE 4 4 4\r\n# here too\r\nTYPE F F F\r\n\r\n"
@@ -151,6 +167,7 @@ def test_bodies_that_do_not_fit_are_refused_or_told(tmp_path):
     refuse(path, head + b"1 2 3\n4 5\n6\n", r"line 13 has 2 numbers; valid: 3")
     refuse(path, head + b"1 2 3\n4 5 six\n", r"line 13 has 'six'; valid: a number")
     refuse(path, head + b"1 2 3\n4,0 5 6\n", r"line 13 has '4,0'")
+    refuse(path, head + b"1 2 3\n4 1_5 6\n", r"line 13 has '1_5'; valid: a number")
     warnings = []
     assert len(read(path, pcd(POINTS) + bytes(30), warnings).points_sensor) == 3
     assert len(warnings) == 1

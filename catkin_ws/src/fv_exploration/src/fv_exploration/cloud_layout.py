@@ -44,7 +44,7 @@ def cloud_points(msg: Any, warn: Callable[[str], None]) -> NDArray:
     )
     if any(point[name].kind != "f" for name in "xyz"):
         warn("x, y and z of a cloud are not all floating-point numbers: taken as metres as they stand")
-    elif _other_order_fits(rows):
+    elif _is_in_other_order(rows):
         warn(
             f"is_bigendian of a cloud is {bool(msg.is_bigendian)}, but only the other order makes sense: read in that"
         )
@@ -98,15 +98,19 @@ def _stacked(rows: NDArray) -> NDArray:
     return np.stack(columns, axis=1).astype(kind)
 
 
-def _other_order_fits(rows: NDArray) -> bool:
+def _is_in_other_order(rows: NDArray) -> bool:
     sample = rows[:, :: max(1, rows.size // SAMPLE)]
     other = sample.view(sample.dtype.newbyteorder())
-    return _sensible_share(sample) < 0.5 and _sensible_share(other) > 0.9
+    return other_order_fits(_stacked(sample), _stacked(other))
 
 
-def _sensible_share(rows: NDArray) -> float:
+def other_order_fits(points: NDArray, other: NDArray) -> bool:
+    """Whether hardly one of the points (N, 3) makes sense, but nearly all do as ``other`` byte order has them."""
+    return _sensible_share(points) < 0.5 and _sensible_share(other) > 0.9
+
+
+def _sensible_share(points: NDArray) -> float:
     """Share of the points with numbers whose coordinates a sensor can give; 1 without any."""
-    points = _stacked(rows)
     points = np.abs(points[np.isfinite(points).all(axis=1)])
     sensible = (points == 0) | ((points >= NEAREST_RETURN_M) & (points <= FARTHEST_RETURN_M))
     return float(sensible.all(axis=1).mean()) if len(points) else 1.0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from fv_exploration.cloud_layout import CloudLayoutError, cloud_points
 from fv_exploration.recordings.errors import RecordingError, Warn, one_line
-from fv_exploration.recordings.transforms import OutsideSpan, TransformTree
+from fv_exploration.recordings.transforms import OutsideSpan, TransformTree, quoted
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 TF_TOPICS = {"tf": False, "tf_static": True}
@@ -144,6 +144,8 @@ class _Poses:
         root = self._tree.root(frame)
         if root == frame and self._clouds == 1:
             self._warn(f"clouds are in frame {frame!r}, the root of TF: all their rays start at its origin")
+        if self._clouds == 1 and (others := self._tree.unconnected(frame)):
+            self._warn(f"TF does not connect {frame!r} with {quoted(others)}: the map is in frame {root!r}")
         return root
 
     def finish(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from fv_exploration.cloud_layout import SAMPLE, other_order_fits
 from fv_exploration.recordings.errors import RecordingError, Warn, is_unit, matrix_from_quaternion
 
 Array = NDArray[np.float64]
@@ -58,8 +60,13 @@ def pcd_scan(data: bytes, warn: Warn) -> tuple[Array, Array]:
         raise RecordingError(f"DATA is {header.data!r}; valid: {', '.join(columns)}")
     if header.points == 0 and not body.strip():
         return np.zeros((0, 3)), header.T_map_sensor
-    xyz = columns[header.data](body, header, warn)
-    return np.stack(xyz, axis=1).astype(float), header.T_map_sensor
+    points = np.stack(columns[header.data](body, header, warn), axis=1)
+    if header.data != "ascii" and points.dtype.kind == "f":
+        some = points[:: max(1, len(points) // SAMPLE)]
+        if other_order_fits(some, some.byteswap()):
+            warn("its numbers make sense in the other byte order only: read in that")
+            points = points.byteswap()
+    return points.astype(float), header.T_map_sensor
 
 
 def _header(data: bytes, warn: Warn) -> tuple[Header, bytes]:
@@ -76,7 +83,7 @@ def _header(data: bytes, warn: Warn) -> tuple[Header, bytes]:
 def _entries(data: bytes) -> tuple[dict[str, list[str]], bytes, int]:
     """Words by key, the body, and the number of lines before it."""
     entries: dict[str, list[str]] = {}
-    start = lines = 0
+    start, lines = len(codecs.BOM_UTF8) if data.startswith(codecs.BOM_UTF8) else 0, 0
     while "DATA" not in entries:
         end = data.find(b"\n", start)
         end = len(data) if end < 0 else end
@@ -178,20 +185,27 @@ def _ascii(body: bytes, header: Header, warn: Warn) -> list[Array]:
 
 def _numbers(words: list[tuple[int, bytes]]) -> Array:
     try:
-        return np.array([float(word) for _, word in words])
+        return np.array([_float(word) for _, word in words])
     except ValueError:
         return np.array([_number(n, word) for n, word in words])
 
 
 def _number(line: int, word: bytes) -> float:
     try:
-        return float(word)
+        return _float(word)
     except ValueError:
         if NO_NUMBER.fullmatch(word):
             return float("nan")
         raise RecordingError(
             f"line {line} has {word.decode('ascii', 'replace')[:40]!r}; valid: a number"
         ) from None
+
+
+def _float(word: bytes) -> float:
+    """As Python reads it, but for the underscores that it passes over: 1_5 would be 15."""
+    if b"_" in word:
+        raise ValueError(word)
+    return float(word)
 
 
 def _binary(body: bytes, header: Header, warn: Warn) -> list[NDArray]:

@@ -6,7 +6,7 @@ import bisect
 import math
 from array import array
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -22,6 +22,12 @@ Pair = tuple[str, str]
 
 MANY = 10
 """Names that a message lists at most."""
+LONG_GAP = 10.0
+"""In usual steps between samples of TF, and at least as many tenths of a second: a motion in there is a guess."""
+STILL = 0.01
+"""What moves no more than that [m, rad] between two samples stands still."""
+FASTEST = 100.0
+"""What moves faster [m/s, rad/s] between two samples has jumped."""
 
 
 class OutsideSpan(RecordingError):
@@ -35,10 +41,12 @@ class OutsideSpan(RecordingError):
 class _History:
     """The poses of a child in its parent: at stamps [ns], and static ones, of which the last one counts."""
 
-    def __init__(self) -> None:
+    def __init__(self, note: Callable[[str], None]) -> None:
+        self._note = note
         self._stamps = array("q")
         self._poses = array("d")  # seven numbers each
         self._in_order = True
+        self._gap_ns: float | None = None  # longer ones are no usual step; found out when first asked for
         self.fixed: Pose | None = None
 
     def add(self, stamp_ns: int, pose: Pose) -> None:
@@ -62,12 +70,37 @@ class _History:
         if self._stamps[after] == stamp_ns:
             return matrix_from_quaternion(*self._pose(after))
         before = self._stamps[after - 1]
-        share = (stamp_ns - before) / (self._stamps[after] - before)
+        gap_ns = self._stamps[after] - before
+        share = (stamp_ns - before) / gap_ns
+        if gap_ns > self._longest_ns() and self._moves(after - 1, after + 1).max() > STILL:
+            self._note(
+                f"{_arrow(pair)} moved in a gap of {gap_ns / 1e9:.1f} s without samples: taken as steady"
+            )
         return _between(self._pose(after - 1), self._pose(after), share)
 
     def _pose(self, index: int) -> Pose:
         numbers = np.array(self._poses[7 * index : 7 * index + 7])
         return numbers[:3], numbers[3:]
+
+    def jumps(self) -> int:
+        """How often it moves faster than anything does: two nodes that send it, or a clock that was set back."""
+        self._sort()
+        seconds = np.diff(np.asarray(self._stamps)) / 1e9
+        return int((self._moves(0, len(self._stamps)) > FASTEST * seconds + STILL).sum())
+
+    def _longest_ns(self) -> float:
+        if self._gap_ns is None:
+            usual_ns = float(np.median(np.diff(np.asarray(self._stamps))))
+            self._gap_ns = LONG_GAP * max(usual_ns, 1e8)
+        return self._gap_ns
+
+    def _moves(self, begin: int, end: int) -> Array:
+        """From each sample of a range to the next: the way [m] or the angle [rad], whichever is more."""
+        poses = np.asarray(self._poses).reshape(-1, 7)[begin:end]
+        with np.errstate(over="ignore", invalid="ignore"):
+            q = poses[:, 3:] / np.linalg.norm(poses[:, 3:], axis=1, keepdims=True)
+            angles = 2 * np.arccos(np.clip(np.abs((q[1:] * q[:-1]).sum(axis=1)), 0.0, 1.0))
+            return np.maximum(np.linalg.norm(np.diff(poses[:, :3], axis=0), axis=1), angles)
 
     def _sort(self) -> None:
         if self._in_order:
@@ -136,7 +169,7 @@ class TransformTree:
         if not self._usable(pair, translation, quaternion_xyzw):
             return
         if pair not in self._histories:
-            self._histories[pair] = _History()
+            self._histories[pair] = _History(self.note)
             self._parents.setdefault(child, []).append(parent)
             self._children.setdefault(parent, []).append(child)
             self._ways.clear()
@@ -183,9 +216,15 @@ class TransformTree:
             raise RecordingError(f"TF has the loop {self._loop(above)}; valid: a tree")
         forked = next(name for name in above if len(self._parents.get(name, ())) > 1)
         raise RecordingError(
-            f"frame {forked!r} has the parents {_quoted(self._parents[forked])} in TF; "
-            f"choose the frame of the map: {_quoted(roots)}"
+            f"frame {forked!r} has the parents {quoted(self._parents[forked])} in TF; "
+            f"choose the frame of the map: {quoted(roots)}"
         )
+
+    def unconnected(self, frame: str) -> list[str]:
+        """The frames that no way leads to."""
+        every = {**self._parents, **self._children}
+        reached = self._reached(frame, {name: self._neighbours(name) for name in every})
+        return [name for name in every if name not in reached]
 
     def lookup(self, target: str, source: str, stamp_ns: int) -> Array:
         """(4, 4) that takes source-frame points to the target frame at a time [ns].
@@ -214,6 +253,11 @@ class TransformTree:
             self._ways[target, source] = [
                 ((b, a), True) if (b, a) in self._histories else ((a, b), False) for a, b in steps
             ]
+            for pair, _ in self._ways[target, source]:
+                if jumps := self._histories[pair].jumps():
+                    self.note(
+                        f"{_arrow(pair)} jumps {jumps} times: is it sent twice, or is the clock set back?"
+                    )
         return self._ways[target, source]
 
     def _neighbours(self, frame: str) -> list[str]:
@@ -241,7 +285,7 @@ class TransformTree:
         if all(self._parents.get(name) for name in above):
             text += f": it has the loop {self._loop(above)}"
         others = [name for name in reached if name != source]
-        text += f"; valid: {_quoted(others)}" if others else f"; it does not know {source!r}"
+        text += f"; valid: {quoted(others)}" if others else f"; it does not know {source!r}"
         return text + (f" ({self.noted()})" if self._notes else "")
 
     def _require_only(self, frames: list[str], target: str) -> None:
@@ -278,7 +322,7 @@ class TransformTree:
         ]
         forked = next((name for name in either if len(self._parents.get(name, ())) > 1), frames[0])
         return (
-            f"frame {forked!r} has the parents {_quoted(self._parents.get(forked, []))} in TF, and more than one "
+            f"frame {forked!r} has the parents {quoted(self._parents.get(forked, []))} in TF, and more than one "
             f"of them leads to {target!r}; valid: one parent"
         )
 
@@ -318,7 +362,8 @@ def _arrow(pair: Pair) -> str:
     return f"{pair[0]!r} -> {pair[1]!r}"
 
 
-def _quoted(names: Iterable[str]) -> str:
+def quoted(names: Iterable[str]) -> str:
+    """The first few names as people write them."""
     return _listed([repr(name) for name in names], ", ")
 
 
