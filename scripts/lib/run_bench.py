@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-import importlib.util
+import importlib
 import json
 import os
 import platform
@@ -17,7 +17,7 @@ import last_resort
 import own_network
 from interrupts import interrupt_on_signals, leave
 
-ROOT = Path(__file__).resolve().parents[2]
+SOURCES = Path(__file__).resolve().parents[2] / "catkin_ws" / "src" / "fv_bench" / "src"
 COLUMNS = (
     "bench",
     "case",
@@ -34,19 +34,14 @@ COLUMNS = (
 
 
 def available() -> dict[str, Path]:
-    """Name and file of every bench: ``<package>/bench/<name>.py`` with ``run(quick) -> rows``."""
-    files = sorted((ROOT / "catkin_ws" / "src").glob("*/bench/*.py"))
+    """Name and file of every bench: a module of fv_bench with ``run(quick) -> rows``."""
+    files = sorted((SOURCES / "fv_bench").rglob("*.py"))
     return {path.stem: path for path in files if "def run(" in path.read_text()}
 
 
 def load(path: Path) -> ModuleType:
-    """A bench module; its folder is on the path for what its neighbours share."""
-    sys.path.append(str(path.parent))  # last: a bench may have the name of its package
-    spec = importlib.util.spec_from_file_location(f"bench_{path.stem}", path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
+    """A bench's module."""
+    return importlib.import_module(".".join(path.relative_to(SOURCES).with_suffix("").parts))
 
 
 def shown(value: Any) -> str:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from ompl_planner import _core
-from planning_setup import make_bench, random_views
+from ompl_planner.trials import make_bench, random_views
 
 
 @pytest.fixture(scope="module", params=["hubo shelf", "hubo office", "kuka_iiwa office"])

@@ -1,6 +1,6 @@
-"""The simulator's node and a client in one process with a ROS master of its own; bench/sim.py starts it.
+"""The simulator's node and a client in one process with a ROS master of its own; sim.py starts it.
 
-usage: sim_session.py office RUNS | goals COUNT      prints its measurements as one line of JSON
+usage: python3 -m fv_bench.simulation.session office RUNS | goals COUNT      prints its measurements as one line of JSON
 """
 
 from __future__ import annotations

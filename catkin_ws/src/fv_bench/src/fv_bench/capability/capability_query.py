@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
-# The package capability_map, not the bench of that name beside this file.
-sys.path.append(sys.path.pop(sys.path.index(str(Path(__file__).parent))))
-
 import statistics
 import tempfile
-
-from capability_rows import row, timed
+from pathlib import Path
 
 from capability_map import BuildParameters, CapabilityMap, check
 from capability_map.build import build_map, local_executor
 from capability_map.plan import plan_build
 from capability_map.robots import load_arm
+from fv_bench.capability.rows import row, timed
 
 BATCH = 100_000
 

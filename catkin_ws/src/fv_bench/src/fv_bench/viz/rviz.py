@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +12,11 @@ from fv_msgs.msg import Box, Evaluation, ExplorationVolume
 from geometry_msgs.msg import Point
 from visualization_msgs.msg import Marker, MarkerArray
 
+from fv_bench.viz import markers
 from fv_viz import packing, shapes
 from fv_viz.config import ScreenshotConfig
 from fv_viz.offscreen.camera import Camera
 from fv_viz.session import Session
-
-sys.path.append(str(Path(__file__).parent))
-import markers
 
 TARGET_S = 0.2  # a frame: 5 frames/s
 SHOWN = {"as it opens": [], "and free space": ["Free"], "and free and unknown space": ["Free", "Unknown"]}

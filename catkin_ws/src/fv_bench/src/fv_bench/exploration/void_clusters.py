@@ -5,9 +5,9 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from bench_scene import row, timed
 from scipy import ndimage
 
+from fv_bench.exploration.scene import row, timed
 from fv_exploration import EvaluationConfig, cluster_voids
 from fv_exploration.reference import plain_clusters
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from bench_scene import Room, camera_rays, look, row, scan, timed
 
+from fv_bench.exploration.scene import Room, camera_rays, look, row, scan, timed
 from fv_exploration import MapConfig, OccupancyMap
 from fv_exploration.reference import ReferenceMap
 

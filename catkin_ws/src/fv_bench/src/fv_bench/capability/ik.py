@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
-# The package capability_map, not the bench of that name beside this file.
-sys.path.append(sys.path.pop(sys.path.index(str(Path(__file__).parent))))
-
 import statistics
 import time
 
 import numpy as np
-from capability_rows import row, timed
-from capability_truth import EaikArm
 from scipy.spatial.transform import Rotation
 
 from capability_map.robots import load_arm
+from fv_bench.capability.rows import row, timed
+from fv_bench.capability.truth import EaikArm
 from fv_robot_model.ik import IkOptions, SerialChain, make_ik_solver, make_numerical_ik_solver
 
 KDL_POSES = 100  # of each half

@@ -14,10 +14,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from ompl_planner import _core
-from planning_lengths import length_row
-from planning_setup import PLAIN, Bench, row, spread
-from planning_states import State, place, queries, record
-from planning_timing import timing_rows
+from ompl_planner.trials import PLAIN, Bench, row, spread
+
+from fv_bench.planning.lengths import length_row
+from fv_bench.planning.states import State, place, queries, record
+from fv_bench.planning.timing import timing_rows
 
 VIEWS_PER_QUERY = 24
 """As many as the explorer asks for at once."""

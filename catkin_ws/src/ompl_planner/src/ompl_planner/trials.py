@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from ompl_planner import _core
-from planning_scenes import SCENES
 
 from hubo_description import load_robot
+from ompl_planner import _core
+from ompl_planner.scenes import SCENES
 
 PLAIN = "RRTConnect + FCL octree, one view at a time"
 

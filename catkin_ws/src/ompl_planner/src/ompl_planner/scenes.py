@@ -1,4 +1,4 @@
-"""Scenes of boxes for benchmarks, in the world frame [m]: rows are min x y z, max x y z."""
+"""Scenes of boxes for tests and benchmarks, in the world frame [m]: rows are min x y z, max x y z."""
 
 from __future__ import annotations
 

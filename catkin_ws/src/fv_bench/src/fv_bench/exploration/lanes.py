@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import statistics
 
-from bench_scene import row
-
+from fv_bench.exploration.scene import row
 from fv_exploration.reference import lane_times
 
 KERNELS = ("mark", "cast", "add")

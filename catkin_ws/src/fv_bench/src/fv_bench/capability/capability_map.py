@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
-# The package capability_map, not the bench of that name beside this file.
-sys.path.append(sys.path.pop(sys.path.index(str(Path(__file__).parent))))
-
 import resource
 import tempfile
+from pathlib import Path
 
 import numpy as np
-from capability_rows import row
 
 from capability_map import BuildParameters, CapabilityMap, default_map_path
 from capability_map._core import ViewProbe
@@ -20,6 +14,7 @@ from capability_map.build import build_map, local_executor
 from capability_map.errors import CapabilityMapError
 from capability_map.plan import plan_build, probe_options
 from capability_map.robots import load_arm
+from fv_bench.capability.rows import row
 
 BARS_S = {"hubo": 120.0, "kuka_iiwa": 1200.0}
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from bench_scene import Room, camera_rays, row, scan, timed, tour
 
+from fv_bench.exploration.scene import Room, camera_rays, row, scan, timed, tour
 from fv_exploration import (
     EvaluationConfig,
     Evaluator,
@@ -83,7 +83,7 @@ def sixty_scans(resolution_m: float, count: int) -> dict[str, Any]:
 
 def in_own_process(resolution_m: float, count: int) -> dict[str, Any]:
     """`sixty_scans` where nothing else has taken memory."""
-    command = [sys.executable, __file__, str(resolution_m), str(count)]
+    command = [sys.executable, "-m", "fv_bench.exploration.evaluation", str(resolution_m), str(count)]
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 

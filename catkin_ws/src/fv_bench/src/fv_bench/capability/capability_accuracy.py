@@ -2,22 +2,15 @@
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
-
-# The package capability_map, not the bench of that name beside this file.
-sys.path.append(sys.path.pop(sys.path.index(str(Path(__file__).parent))))
-
-import importlib.util
-
 import numpy as np
-from capability_rows import row
-from capability_truth import eaik_truth, many_start_truth
 
 from capability_map import BuildParameters, CapabilityMap, check
 from capability_map._core import ViewProbe
 from capability_map.plan import probe_options
 from capability_map.robots import load_arm
+from fv_bench.capability.capability_map import default_map
+from fv_bench.capability.rows import row
+from fv_bench.capability.truth import eaik_truth, many_start_truth
 
 VIEWS_SEED = 4711  # the maps' thresholds were found at other views (build.CALIBRATION_SEED)
 POINTS_SEED = 4712
@@ -25,10 +18,9 @@ POINTS_SEED = 4712
 
 def run(quick: bool) -> list[dict]:
     """Accuracy, found and false positives of every way of asking; bars on interpolated bits."""
-    maps = _neighbour("capability_map")
     rows = []
     for robot in ("hubo", "kuka_iiwa"):
-        cap, arm = maps.default_map(robot), load_arm(robot)
+        cap, arm = default_map(robot), load_arm(robot)
         views = check.random_views(cap, 1000 if quick else 20000, VIEWS_SEED)
         truth = eaik_truth(arm, *views, 5.0) if robot == "hubo" else many_start_truth(arm, *views, 40)
         for result in check.compare(cap, truth, *views):
@@ -75,13 +67,3 @@ def _baldness_row(cap: CapabilityMap, arm, count: int) -> dict:
     percent = 100.0 * float((fine != cap.valid[sphere, point]).mean())
     return row("capability_accuracy", f"{cap.data.robot}: sphere points that ten times finer steps decide otherwise",
                percent, "%", target=0.1, met=percent <= 0.1)  # fmt: skip
-
-
-def _neighbour(name: str):
-    """The bench file of that name: the package of the same name hides it from `import`."""
-    spec = importlib.util.spec_from_file_location(
-        f"bench_{name}_file", Path(__file__).with_name(f"{name}.py")
-    )
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module

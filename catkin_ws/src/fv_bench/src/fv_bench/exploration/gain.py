@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from bench_scene import Room, camera_rays, look, row, scan, timed, tour
-from evaluation import CAMERA, new_map
 
+from fv_bench.exploration.evaluation import CAMERA, new_map
+from fv_bench.exploration.scene import Room, camera_rays, look, row, scan, timed, tour
 from fv_exploration import EvaluationConfig, Evaluator, ScanConfig, view_gain
 
 

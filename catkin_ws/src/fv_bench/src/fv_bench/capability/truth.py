@@ -87,8 +87,7 @@ def eaik_truth(arm, positions: np.ndarray, directions: np.ndarray, roll_step_deg
 
 def many_start_truth(arm, positions: np.ndarray, directions: np.ndarray, starts: int) -> np.ndarray:
     """Which views can an arm of revolute joints hold, to 1 mm and 1 degree? (N,) bool."""
-    from many_starts import Arm, many_start_truth
-
+    from fv_bench.capability.many_starts import Arm, many_start_truth
     from fv_robot_model.ik import SerialChain
 
     model = arm.model()

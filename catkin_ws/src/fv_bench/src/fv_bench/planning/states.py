@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from ompl_planner import _core
-from planning_setup import Bench, make_robot
+from ompl_planner.trials import Bench, make_robot
 
 from fv_exploration import (
     EvaluationConfig,

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from bench_scene import Room, camera_rays, row, scan, timed, tour
-from evaluation import new_map
-
+from fv_bench.exploration.evaluation import new_map
+from fv_bench.exploration.scene import Room, camera_rays, row, scan, timed, tour
 from fv_exploration import EvaluationConfig, Evaluator, ScanConfig
 from fv_exploration.reference import plain_utility
 

@@ -1,7 +1,7 @@
 """Measurements of the simulator: real-time factor, scan time, tracking, depth error, a session of random goals.
 
 Run by scripts/bench sim; rows have the keys of design.md. What a user meets over ROS is measured over ROS (real-time
-factor, cloud, goals: sim_session.py, a process of its own for each); the parts of a step, tracking and depth in here.
+factor, cloud, goals: session.py, a process of its own for each); the parts of a step, tracking and depth in here.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 from rospy import Time
@@ -72,14 +71,12 @@ def sway(sim: Simulator, seconds: float) -> None:
 
 
 def session(kind: str, count: int) -> dict:
-    """What sim_session.py measures."""
-    script = Path(__file__).with_name("sim_session.py")
-    run = subprocess.run(
-        [sys.executable, str(script), kind, str(count)], capture_output=True, text=True, check=False
-    )
+    """What session.py measures."""
+    command = [sys.executable, "-m", "fv_bench.simulation.session", kind, str(count)]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
     lines = [line for line in run.stdout.splitlines() if line.startswith("{")]  # GL says things of its own
     if run.returncode or not lines:
-        raise RuntimeError(f"{script.name} {kind} failed: {run.stderr.strip()[-500:]}")
+        raise RuntimeError(f"session {kind} failed: {run.stderr.strip()[-500:]}")
     return json.loads(lines[-1])
 
 

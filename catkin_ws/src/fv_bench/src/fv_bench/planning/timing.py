@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from ompl_planner import _core
-from planning_setup import Bench, row, spread
+from ompl_planner.trials import Bench, row, spread
 
 
 def limit_excess(bench: Bench, plan: dict) -> float:

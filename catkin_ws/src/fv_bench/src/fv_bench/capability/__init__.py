@@ -1,0 +1,1 @@
+"""Capability maps and inverse kinematics."""

@@ -1,0 +1,1 @@
+"""Map, evaluation, utility and view gain."""

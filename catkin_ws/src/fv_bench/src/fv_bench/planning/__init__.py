@@ -1,0 +1,1 @@
+"""Motions against the plain pipeline, from real exploration states."""
