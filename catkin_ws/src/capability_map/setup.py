@@ -1,4 +1,11 @@
 from catkin_pkg.python_setup import generate_distutils_setup
 from setuptools import setup
 
-setup(**generate_distutils_setup(packages=["capability_map"], package_dir={"": "src"}))
+CONCEPTS = ("building", "drawing", "ros")
+
+setup(
+    **generate_distutils_setup(
+        packages=["capability_map", *(f"capability_map.{concept}" for concept in CONCEPTS)],
+        package_dir={"": "src"},
+    )
+)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from capability_map import BuildParameters, CapabilityMap
-from capability_map.build import build_map, local_executor
-from capability_map.plan import plan_build
+from capability_map.building.build import build_map, local_executor
+from capability_map.building.plan import plan_build
 from capability_map.robots import Arm
 
 JOINTS = (  # name, axis, offset from the joint before [m], lower, upper: a wrist of three axes in one point

@@ -16,7 +16,7 @@ from conftest import srdf_text, urdf_text
 
 from capability_map import BuildParameters, CapabilityMapError, store
 from capability_map._core import ViewProbe, spiral_points
-from capability_map.build import (
+from capability_map.building.build import (
     build_map,
     chunk_cells,
     chunk_count,
@@ -24,6 +24,7 @@ from capability_map.build import (
     local_executor,
     timed_chunk,
 )
+from capability_map.building.plan import plan_build
 from capability_map.commands import (
     build_command,
     check_command,
@@ -32,7 +33,6 @@ from capability_map.commands import (
     run_command,
 )
 from capability_map.paths import default_map_path
-from capability_map.plan import plan_build
 from capability_map.robots import Arm, load_arm
 
 COARSE = BuildParameters(radii_per_arm_length=5.0, points=24, roll_step_deg=30.0)
@@ -140,7 +140,7 @@ def test_workers_make_the_same_map_as_one_process(arm, tmp_path):
 
 
 def test_an_interrupted_build_goes_on_where_it_stopped(arm, tmp_path, monkeypatch):
-    monkeypatch.setattr("capability_map.build.CELLS_PER_CHUNK", 16)
+    monkeypatch.setattr("capability_map.building.build.CELLS_PER_CHUNK", 16)
     plan = plan_build(arm, COARSE)
     whole = build_map(plan, tmp_path / "whole.h5", local_executor(1))
     computed = []
@@ -179,7 +179,7 @@ def test_parts_of_other_settings_are_not_used(arm, tmp_path):
 
 
 def test_a_worker_that_dies_costs_nothing_but_time(arm, tmp_path, monkeypatch):
-    monkeypatch.setattr("capability_map.build.CELLS_PER_CHUNK", 16)
+    monkeypatch.setattr("capability_map.building.build.CELLS_PER_CHUNK", 16)
     plan = plan_build(arm, COARSE)
     mark = tmp_path / "died"
     original = compute_chunk
@@ -190,7 +190,7 @@ def test_a_worker_that_dies_costs_nothing_but_time(arm, tmp_path, monkeypatch):
             os.kill(os.getpid(), signal.SIGKILL)
         return original(plan, number)
 
-    monkeypatch.setattr("capability_map.build.compute_chunk", dies_once)  # inherited by fork
+    monkeypatch.setattr("capability_map.building.build.compute_chunk", dies_once)  # inherited by fork
     data = build_map(plan, tmp_path / "map.h5", local_executor(2))
     assert mark.exists()
     monkeypatch.undo()
@@ -199,7 +199,8 @@ def test_a_worker_that_dies_costs_nothing_but_time(arm, tmp_path, monkeypatch):
 
 def test_workers_that_always_die_end_the_build_with_a_reason(arm, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "capability_map.build.compute_chunk", lambda plan, number: os.kill(os.getpid(), signal.SIGKILL)
+        "capability_map.building.build.compute_chunk",
+        lambda plan, number: os.kill(os.getpid(), signal.SIGKILL),
     )
     with pytest.raises(CapabilityMapError, match="died 3 times"):
         build_map(plan_build(arm, COARSE), tmp_path / "map.h5", local_executor(2))
@@ -316,7 +317,7 @@ def test_one_command_builds_every_listed_map(capsys, tmp_path, monkeypatch):
         ("youbot_arm", "arm"),
         ("franka_panda", "arm"),
     }
-    monkeypatch.setattr("capability_map.build.CALIBRATION_VIEWS", 1000)
+    monkeypatch.setattr("capability_map.building.build.CALIBRATION_VIEWS", 1000)
     assert run_command(build_command, ["--all", "--radius", "0.3", "--points", "24"]) == 0
     built = {path.stem for path in (tmp_path / "capability_maps").glob("*.h5")}
     assert built == {f"{robot}_{group}" for robot, group in listed_maps()}
@@ -347,7 +348,7 @@ def dask_address():
 
 
 def test_a_dask_cluster_makes_the_same_map(arm, tmp_path, dask_address):
-    from capability_map.cluster import dask_executor
+    from capability_map.building.cluster import dask_executor
 
     plan = plan_build(arm, COARSE)
     data = build_map(plan, tmp_path / "dask.h5", dask_executor(dask_address, timeout_s=30.0))
@@ -356,7 +357,7 @@ def test_a_dask_cluster_makes_the_same_map(arm, tmp_path, dask_address):
 
 def test_a_missing_cluster_is_named(arm, tmp_path):
     pytest.importorskip("distributed", reason="dask and distributed are not installed")
-    from capability_map.cluster import dask_executor
+    from capability_map.building.cluster import dask_executor
 
     with pytest.raises(CapabilityMapError, match=r"no Dask scheduler at tcp://127.0.0.1:1"):
         build_map(

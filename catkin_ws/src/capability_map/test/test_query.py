@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from capability_map import CapabilityMapError, _core, check, placement, shapes
 from capability_map._core import fit_shapes, spiral_points
-from capability_map.geometry import cut_rows, index_colors, shape_triangles, spikes, two_rows
+from capability_map.drawing.geometry import cut_rows, index_colors, shape_triangles, spikes, two_rows
 
 
 def views(cap, count: int, seed: int):

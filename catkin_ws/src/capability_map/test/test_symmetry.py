@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from capability_map import BuildParameters, store
 from capability_map._core import spiral_points
-from capability_map.build import build_map, local_executor
-from capability_map.plan import plan_build
+from capability_map.building.build import build_map, local_executor
+from capability_map.building.plan import plan_build
+from capability_map.building.symmetry import Symmetry, cells_to_decide, quarter_turn_points, turned_cells
 from capability_map.robots import Arm, load_arm
-from capability_map.symmetry import Symmetry, cells_to_decide, quarter_turn_points, turned_cells
 
 COARSE = BuildParameters(radii_per_arm_length=7.0, points=40, roll_step_deg=30.0)
 LIMITED = '<joint name="j1" type="revolute">'
@@ -39,7 +39,7 @@ def built(plan, path) -> store.MapData:
 
 @pytest.fixture(autouse=True)
 def _little_calibration(monkeypatch):
-    monkeypatch.setattr("capability_map.build.CALIBRATION_VIEWS", 500)
+    monkeypatch.setattr("capability_map.building.build.CALIBRATION_VIEWS", 500)
 
 
 @pytest.mark.parametrize(

@@ -9,10 +9,10 @@ import numpy as np
 
 from capability_map import shapes
 from capability_map._core import ViewProbe
+from capability_map.building.plan import probe_options
 from capability_map.capability_map import CapabilityMap
 from capability_map.errors import CapabilityMapError
 from capability_map.parameters import BuildParameters
-from capability_map.plan import probe_options
 from capability_map.robots import Arm
 
 

@@ -115,8 +115,8 @@ def listed_maps() -> list[tuple[str, str]]:
 
 
 def _build_one(options: argparse.Namespace, robot: str, group: str | None) -> None:
-    from capability_map.build import build_map, local_executor
-    from capability_map.plan import plan_build
+    from capability_map.building.build import build_map, local_executor
+    from capability_map.building.plan import plan_build
     from capability_map.robots import load_arm
 
     arm = load_arm(robot, group)
@@ -142,7 +142,7 @@ def _build_one(options: argparse.Namespace, robot: str, group: str | None) -> No
 
 
 def _dask(address: str):
-    from capability_map.cluster import dask_executor
+    from capability_map.building.cluster import dask_executor
 
     return dask_executor(address)
 
@@ -249,7 +249,7 @@ def check_command(arguments: list[str]) -> None:
 def show_command(arguments: list[str]) -> None:
     """`rosrun capability_map show`."""
     from capability_map.capability_map import CapabilityMap
-    from capability_map.pictures import draw_all
+    from capability_map.drawing.pictures import draw_all
 
     parser = Parser(prog="show", description="Draw a map: spikes, index in two cuts, shapes (PNG).")
     parser.add_argument("map", type=Path, help="map file")

@@ -6,7 +6,7 @@ import numpy as np
 
 from capability_map import BuildParameters, CapabilityMap, check
 from capability_map._core import ViewProbe
-from capability_map.plan import probe_options
+from capability_map.building.plan import probe_options
 from capability_map.robots import load_arm
 from fv_bench.capability.capability_map import default_map
 from fv_bench.capability.rows import row

@@ -10,9 +10,9 @@ import numpy as np
 
 from capability_map import BuildParameters, CapabilityMap, default_map_path
 from capability_map._core import ViewProbe
-from capability_map.build import build_map, local_executor
+from capability_map.building.build import build_map, local_executor
+from capability_map.building.plan import plan_build, probe_options
 from capability_map.errors import CapabilityMapError
-from capability_map.plan import plan_build, probe_options
 from capability_map.robots import load_arm
 from fv_bench.capability.rows import row
 

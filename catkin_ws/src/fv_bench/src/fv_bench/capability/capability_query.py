@@ -7,8 +7,8 @@ import tempfile
 from pathlib import Path
 
 from capability_map import BuildParameters, CapabilityMap, check
-from capability_map.build import build_map, local_executor
-from capability_map.plan import plan_build
+from capability_map.building.build import build_map, local_executor
+from capability_map.building.plan import plan_build
 from capability_map.robots import load_arm
 from fv_bench.capability.rows import row, timed
 

@@ -16,7 +16,7 @@ TOPICS = {"Spheres as spikes": "spheres", "Index cuts": "index", "Shapes": "shap
 
 def figure_3_3(m: Material) -> Figure:
     """Two rows of spheres."""
-    from capability_map import geometry
+    from capability_map.drawing import geometry
 
     s = m.spheres
     rows = geometry.two_rows(s.cap)
@@ -28,7 +28,7 @@ def figure_3_3(m: Material) -> Figure:
 
 def figure_3_4(m: Material) -> Figure:
     """Index in cuts."""
-    from capability_map import geometry
+    from capability_map.drawing import geometry
 
     s, panels = m.spheres, []
     for axis, words, yaw, pitch in (
@@ -111,7 +111,7 @@ def _header(s: sources.Spheres) -> Header:
 
 def _spikes(s: sources.Spheres, rows: np.ndarray) -> list[bytes]:
     """A line for each valid point of some spheres, coloured by reachability index."""
-    from capability_map import geometry
+    from capability_map.drawing import geometry
 
     ends, owners = geometry.spikes(s.cap, rows, length=0.9)
     rgba = np.column_stack([s.colors(), np.ones(len(s.cap.centres))])[np.repeat(owners, 2)]
@@ -137,7 +137,7 @@ def _taken(m: Material, display: str, blobs: list[bytes], eye: list[float], robo
 
 def _structure(m: Material, s: sources.Spheres, row: int, kind: str):
     """One sphere with its structure and axis."""
-    from capability_map import geometry
+    from capability_map.drawing import geometry
 
     center, axis, opening = s.cap.centres[row], s.fitted("axis")[row], float(s.fitted("opening_rad")[row])
     surface, _ = geometry.shape_triangles(s.cap, np.array([row]), segments=48)

@@ -170,13 +170,13 @@ class Spheres:
 
     def colors(self) -> np.ndarray:
         """Colours (S, 3) of all spheres by their reachability index, as capability_map shows it everywhere."""
-        from capability_map import geometry
+        from capability_map.drawing import geometry
 
         return geometry.index_colors(self.cap.index())[:, :3]
 
     def scale(self) -> tuple[np.ndarray, float]:
         """Colours (K, 3) of the index from 0 to its largest value, and that value [%]."""
-        from capability_map import geometry
+        from capability_map.drawing import geometry
 
         largest = float(self.cap.index().max(initial=0.0))
         return geometry.index_colors(np.linspace(0.0, largest, 24))[:, :3], largest

@@ -12,16 +12,16 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from capability_map import geometry
 from capability_map.capability_map import CapabilityMap
-from capability_map.conversions import (
+from capability_map.drawing import geometry
+from capability_map.errors import CapabilityMapError
+from capability_map.paths import default_map_path
+from capability_map.ros.conversions import (
     image_from_pixels,
     marker_from_points,
     matrices_from_poses,
     matrix_from_transform,
 )
-from capability_map.errors import CapabilityMapError
-from capability_map.paths import default_map_path
 from fv_common.ros_master import missing_parameter, wait_for_master
 
 

@@ -13,8 +13,8 @@ import numpy as np
 from matplotlib.collections import LineCollection, PatchCollection, PolyCollection
 from matplotlib.patches import Circle
 
-from capability_map import geometry
 from capability_map.capability_map import CapabilityMap
+from capability_map.drawing import geometry
 
 _DPI = 150
 FROM_DEG = -78.0, 12.0  # azimuth and elevation of the viewer of spikes and shapes

@@ -18,11 +18,11 @@ import numpy as np
 from capability_map import __name__ as package
 from capability_map import check, store
 from capability_map._core import ViewProbe, build_spheres
+from capability_map.building.plan import BuildPlan
+from capability_map.building.symmetry import Decided, spread
 from capability_map.capability_map import CapabilityMap
 from capability_map.errors import CapabilityMapError
-from capability_map.plan import BuildPlan
 from capability_map.shapes import fit_all
-from capability_map.symmetry import Decided, spread
 
 CELLS_PER_CHUNK = 64
 CALIBRATION_VIEWS = 60_000

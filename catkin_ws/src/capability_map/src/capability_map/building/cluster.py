@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from capability_map.build import timed_chunk
+from capability_map.building.build import timed_chunk
+from capability_map.building.plan import BuildPlan
 from capability_map.errors import CapabilityMapError
-from capability_map.plan import BuildPlan
 
 
 def dask_executor(

@@ -10,10 +10,15 @@ import math
 import numpy as np
 
 from capability_map._core import ProbeOptions, SphereGrid, cells_in_reach, spiral_points
+from capability_map.building.symmetry import (
+    Symmetry,
+    cells_to_decide,
+    first_joint_symmetry,
+    quarter_turn_points,
+)
 from capability_map.errors import CapabilityMapError
 from capability_map.parameters import BuildParameters
 from capability_map.robots import Arm
-from capability_map.symmetry import Symmetry, cells_to_decide, first_joint_symmetry, quarter_turn_points
 
 METHOD_VERSION = 9  # grows when equal parameters lead to another map
 

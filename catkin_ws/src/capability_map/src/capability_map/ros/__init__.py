@@ -1,0 +1,1 @@
+"""The node, and the only place of this package where messages and numpy meet."""
