@@ -4,7 +4,7 @@ from distutils.core import setup
 
 from catkin_pkg.python_setup import generate_distutils_setup
 
-PACKAGES = ["fv_viz", "fv_viz.figures", "fv_viz.offscreen", "fv_viz.report"]
+PACKAGES = ["fv_viz", "fv_viz.drawing", "fv_viz.offscreen", "fv_viz.report"]
 
 setup(
     **generate_distutils_setup(

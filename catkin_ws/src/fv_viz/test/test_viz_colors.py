@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fv_viz import colors
+from fv_viz.drawing import colors
 
 # Severe deuteranomaly and protanomaly (severity 1.0), Machado, Oliveira, Fernandes 2009, table 1; linear RGB.
 DEUTAN = np.array(

@@ -12,11 +12,12 @@ from rospy.numpy_msg import numpy_msg
 from scipy.spatial.transform import Rotation
 from visualization_msgs.msg import Marker, MarkerArray
 
-from fv_viz import decisions, packing, viz_node
+from fv_viz import viz_node
 from fv_viz.config import VizConfig
-from fv_viz.evaluation import EvaluationDrawing
-from fv_viz.layers import unknown_cells, utility_values
-from fv_viz.robot import RobotShapes
+from fv_viz.drawing import decisions, packing
+from fv_viz.drawing.evaluation import EvaluationDrawing
+from fv_viz.drawing.layers import unknown_cells, utility_values
+from fv_viz.drawing.robot import RobotShapes
 
 HEADER = viz_synthetic.HEADER
 VOXEL_LAYERS = ("occupied", "free", "unknown", "frontier", "frontier_clusters", "frontier_voids", "utility")

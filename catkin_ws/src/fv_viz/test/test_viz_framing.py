@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fv_viz import framing
+from fv_viz.drawing import framing
 
 
 def on_screen(points, camera):

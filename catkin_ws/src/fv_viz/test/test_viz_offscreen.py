@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from fv_viz.config import ScreenshotConfig
-from fv_viz.figures import command, sources
 from fv_viz.offscreen import camera, xvfb
 
 
@@ -93,20 +92,3 @@ def test_an_x_server_of_our_own_has_a_free_number_and_leaves_the_socket_files_of
 def x_socket_files() -> dict[str, int]:
     """Name and inode of each socket file of an X server."""
     return {path.name: path.stat().st_ino for path in Path("/tmp/.X11-unix").glob("X*")}
-
-
-def test_a_figure_that_fails_does_not_keep_the_others_from_being_made(monkeypatch, tmp_path, capsys):
-    def make(material, number, folder, origin):
-        if number == "3.1":
-            raise camera.RvizFailed("RViz died with code 9")
-        if number == "3.2":
-            raise sources.NoData("no cloud")
-        return ""
-
-    monkeypatch.setattr(command, "_make", make)
-    options = command.parse(["--only", "3.1,3.2,3.3", "--out", str(tmp_path)])
-    assert command.make_all(None, options) == ["3.1", "3.2"]
-    lines = capsys.readouterr().out.splitlines()
-    assert "3.1: not made: RViz died with code 9" in lines[0]
-    assert "3.2: not made: no cloud" in lines[1]
-    assert "3.3: ok" in lines[2]

@@ -8,7 +8,7 @@ from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from fv_viz import packing, shapes
+from fv_viz.drawing import packing, shapes
 
 
 def sample():

@@ -5,7 +5,7 @@ import pytest
 import viz_synthetic
 from scipy.spatial.transform import Rotation
 
-from fv_viz import robot, shapes
+from fv_viz.drawing import robot, shapes
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from fv_viz.voxels import DIRECTIONS, HIDDEN, VoxelBlocks
+from fv_viz.drawing.voxels import DIRECTIONS, HIDDEN, VoxelBlocks
 
 RESOLUTION = 0.05
 

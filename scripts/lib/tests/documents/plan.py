@@ -96,8 +96,8 @@ ENTRIES: dict[str, Entry] = {
         "scripts/bench gain --quick --json rows.json", "all of them measure for many minutes"
     ),
     "scripts/figures [--only 3.1,5.7] [--out DIR]": Entry("scripts/figures --only 3.1,5.7 --out figures"),
-    "rosrun fv_viz figures": Entry(
-        "rosrun fv_viz figures --only 3.1 --out figure", "all of them take minutes"
+    "rosrun fv_figures figures": Entry(
+        "rosrun fv_figures figures --only 3.1 --out figure", "all of them take minutes"
     ),
     "pytest test": Entry('ls "$(rospack find PACKAGE)"/test/test_*.py', "scripts/test runs it"),
     "rostest test/viz.test": Entry('ls "$(rospack find fv_viz)/test/viz.test"', "scripts/test runs it"),

@@ -8,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from fv_viz import colors
+from fv_viz.drawing import colors
 
 
 @dataclasses.dataclass(frozen=True)

@@ -12,9 +12,9 @@ from geometry_msgs.msg import Point
 from std_msgs.msg import ColorRGBA, Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-from fv_viz import packing
 from fv_viz.config import VizConfig
-from fv_viz.evaluation import EvaluationDrawing
+from fv_viz.drawing import packing
+from fv_viz.drawing.evaluation import EvaluationDrawing
 
 HEADER = Header(frame_id="world")
 LAYERS = ("occupied", "free", "frontier")

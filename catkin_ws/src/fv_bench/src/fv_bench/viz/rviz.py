@@ -13,8 +13,8 @@ from geometry_msgs.msg import Point
 from visualization_msgs.msg import Marker, MarkerArray
 
 from fv_bench.viz import markers
-from fv_viz import packing, shapes
 from fv_viz.config import ScreenshotConfig
+from fv_viz.drawing import packing, shapes
 from fv_viz.offscreen.camera import Camera
 from fv_viz.session import Session
 

@@ -156,7 +156,7 @@ def _matrix(pose: np.ndarray) -> np.ndarray:
         return pose.reshape(4, 4)
     if pose.size != 7:
         raise ValueError(f"a pose of {pose.size} numbers")
-    from fv_viz.shapes import rotations
+    from fv_viz.drawing.shapes import rotations
 
     T = np.eye(4)
     T[:3, :3], T[:3, 3] = rotations(pose[None, 3:])[0], pose[:3]

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from fv_viz import colors, shapes
+from fv_viz.drawing import colors, shapes
+from fv_viz.drawing.voxels import VoxelBlocks
 from fv_viz.report.run_data import RunData
-from fv_viz.voxels import VoxelBlocks
 
 MAX_FACES = 90_000  # of one class, 1.2 MB of text; what has more is drawn in larger voxels
 _LAST = 254  # grid values count down from here: known early is high, so that later voxels do not hide earlier faces

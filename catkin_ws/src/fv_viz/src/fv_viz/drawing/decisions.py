@@ -6,9 +6,9 @@ import numpy as np
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
-from fv_viz import colors, packing, shapes
 from fv_viz.config import VizConfig
-from fv_viz.robot import RobotShapes
+from fv_viz.drawing import colors, packing, shapes
+from fv_viz.drawing.robot import RobotShapes
 
 DARK = (0.1, 0.1, 0.1)
 

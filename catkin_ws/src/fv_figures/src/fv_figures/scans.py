@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 from fv_msgs.msg import Evaluation
 
-from fv_viz import colors, layers, legend, packing, shapes
+from fv_figures.compose import SLICE, Figure, slice_picture
+from fv_figures.material import Material, lines
+from fv_figures.stage import FRAME
 from fv_viz.config import VizConfig
-from fv_viz.evaluation import GREY, triples
-from fv_viz.figures.compose import SLICE, Figure, slice_picture
-from fv_viz.figures.material import Material, lines
-from fv_viz.figures.stage import FRAME
+from fv_viz.drawing import colors, layers, legend, packing, shapes
+from fv_viz.drawing.evaluation import GREY, triples
 
 ONE = (-2.5, 0.6)  # yaw, pitch [rad]: from behind the camera, to its right
 OTHER = (2.5, 0.45)  # to its left

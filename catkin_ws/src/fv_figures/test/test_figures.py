@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from PIL import Image as Picture
 
-from fv_viz import legend
+from fv_figures import command, compose, gallery, sources
+from fv_figures.catalogue import CAPTIONS, FIGURES
 from fv_viz.config import VizConfig
-from fv_viz.figures import command, compose, gallery, sources
-from fv_viz.figures.catalogue import CAPTIONS, FIGURES
+from fv_viz.drawing import legend
+from fv_viz.offscreen import camera
 
 
 def plain(color, size=(200, 150)):
@@ -126,3 +127,20 @@ def test_a_broken_or_empty_cloud_is_no_data_in_one_line(tmp_path, content):
         sources.recorded(path, 0.05)
     with pytest.raises(sources.NoData, match="nowhere"):
         sources.recorded(tmp_path / "nowhere.pcd", 0.05)
+
+
+def test_a_figure_that_fails_does_not_keep_the_others_from_being_made(monkeypatch, tmp_path, capsys):
+    def make(material, number, folder, origin):
+        if number == "3.1":
+            raise camera.RvizFailed("RViz died with code 9")
+        if number == "3.2":
+            raise sources.NoData("no cloud")
+        return ""
+
+    monkeypatch.setattr(command, "_make", make)
+    options = command.parse(["--only", "3.1,3.2,3.3", "--out", str(tmp_path)])
+    assert command.make_all(None, options) == ["3.1", "3.2"]
+    lines = capsys.readouterr().out.splitlines()
+    assert "3.1: not made: RViz died with code 9" in lines[0]
+    assert "3.2: not made: no cloud" in lines[1]
+    assert "3.3: ok" in lines[2]

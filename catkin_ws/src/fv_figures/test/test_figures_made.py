@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from PIL import Image as Picture
 
-from fv_viz.figures import compose
-from fv_viz.figures.catalogue import FIGURES
+from fv_figures import compose
+from fv_figures.catalogue import FIGURES
 
 for package in ("hubo_sim", "fv_exploration", "capability_map"):
     pytest.importorskip(package)
@@ -46,7 +46,7 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("figures")
     built = run("capability_map", "build", "--robot", "hubo", "--coarse", "--out", folder / "map.h5")
     assert built.returncode == 0, built.stdout + built.stderr
-    done = run("fv_viz", "figures", "--out", folder, "--world", "shelf", "--map", folder / "map.h5")
+    done = run("fv_figures", "figures", "--out", folder, "--world", "shelf", "--map", folder / "map.h5")
     assert done.returncode == 0, done.stdout + done.stderr
     return folder
 
@@ -64,7 +64,7 @@ def test_the_picture_shows_what_it_should(made, number):
 
 
 def test_a_figure_without_data_is_said_and_the_rest_is_made(tmp_path):
-    done = run("fv_viz", "figures", "--only", "3.3,2.2", "--map", tmp_path / "none.h5", "--out", tmp_path)
+    done = run("fv_figures", "figures", "--only", "3.3,2.2", "--map", tmp_path / "none.h5", "--out", tmp_path)
     assert done.returncode == 1
     assert "figure 3.3: not made" in done.stdout
     assert (tmp_path / "figure_2_2.png").exists()

@@ -8,11 +8,11 @@ from collections.abc import Callable
 import numpy as np
 from fv_msgs.msg import Evaluation
 
-from fv_viz import framing, legend
+from fv_figures import plans, sources
+from fv_figures.stage import SETTINGS, Stage
 from fv_viz.config import VizConfig
-from fv_viz.evaluation import triples
-from fv_viz.figures import plans, sources
-from fv_viz.figures.stage import SETTINGS, Stage
+from fv_viz.drawing import framing, legend
+from fv_viz.drawing.evaluation import triples
 
 _ENTRIES = legend.entries(VizConfig(**SETTINGS))
 

@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image as Picture
 from PIL import ImageDraw
 
-from fv_viz import colors, legend
+from fv_viz.drawing import colors, legend
 
 PANEL = 640  # [px] width of one panel in a figure
 MOST = 0.9  # share of a picture that no hue may exceed

@@ -8,7 +8,7 @@ from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
 from fv_robot_model import RobotModel, Visual
-from fv_viz import packing, shapes
+from fv_viz.drawing import packing, shapes
 
 _KINDS = {
     Visual.Kind.Box: Marker.CUBE,

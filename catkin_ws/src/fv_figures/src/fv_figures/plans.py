@@ -11,9 +11,9 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
-from fv_viz.figures import sources
-from fv_viz.figures.stage import FRAME, PATIENCE_S, Stage
-from fv_viz.robot import RobotShapes, pose_message
+from fv_figures import sources
+from fv_figures.stage import FRAME, PATIENCE_S, Stage
+from fv_viz.drawing.robot import RobotShapes, pose_message
 
 GOAL = "home"  # named pose that the plan ends in
 

@@ -10,8 +10,8 @@ from PIL import Image as Picture
 from PIL import ImageDraw, ImageFont
 from sensor_msgs.msg import Image
 
-from fv_viz import colors
 from fv_viz.config import VizConfig
+from fv_viz.drawing import colors
 
 INK = (25, 25, 30)
 PAPER = (250, 250, 250)

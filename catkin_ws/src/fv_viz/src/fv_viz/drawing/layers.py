@@ -8,9 +8,9 @@ import numpy as np
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
-from fv_viz import colors, packing, shapes
 from fv_viz.config import VizConfig
-from fv_viz.voxels import SHADES, Quads, VoxelBlocks
+from fv_viz.drawing import colors, packing, shapes
+from fv_viz.drawing.voxels import SHADES, Quads, VoxelBlocks
 
 LABELS = 251  # colours of clusters before they repeat; values of a grid are 1..255
 

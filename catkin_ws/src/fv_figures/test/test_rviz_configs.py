@@ -1,4 +1,4 @@
-"""The RViz configurations with the real nodes behind them: every display on, none with an error."""
+"""fv_viz's RViz configurations with the real nodes behind them: every display on, none with an error."""
 
 import shutil
 import subprocess
@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import rospkg
 from PIL import Image as Picture
 
+from fv_figures import compose, plans, sources
+from fv_figures.stage import Stage
 from fv_viz.config import ScreenshotConfig
-from fv_viz.figures import compose, plans, sources
-from fv_viz.figures.stage import Stage
 from fv_viz.offscreen.camera import Camera
 
 for package in ("hubo_sim", "fv_exploration", "capability_map"):
@@ -20,7 +21,7 @@ pytestmark = [
 ]
 
 
-CONFIGS = Path(__file__).parent.parent / "rviz"
+CONFIGS = Path(rospkg.RosPack().get_path("fv_viz")) / "rviz"
 
 
 @pytest.fixture(scope="module")

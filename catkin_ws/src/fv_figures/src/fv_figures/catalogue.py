@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 
-from fv_viz.figures import arms, scans
-from fv_viz.figures.compose import Figure
-from fv_viz.figures.material import Material
+from fv_figures import arms, scans
+from fv_figures.compose import Figure
+from fv_figures.material import Material
 
 
 @dataclasses.dataclass(frozen=True)

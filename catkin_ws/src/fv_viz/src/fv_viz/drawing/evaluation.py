@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from std_msgs.msg import Header
 
-from fv_viz import colors, layers, packing, shapes
 from fv_viz.config import VizConfig
-from fv_viz.voxels import HIDDEN
+from fv_viz.drawing import colors, layers, packing, shapes
+from fv_viz.drawing.voxels import HIDDEN
 
 GREY = np.array([0.55, 0.55, 0.55], dtype=np.float32)
 

@@ -18,8 +18,8 @@ from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
-from fv_viz import packing, shapes
 from fv_viz.config import ScreenshotConfig
+from fv_viz.drawing import packing, shapes
 from fv_viz.offscreen.camera import Camera
 from fv_viz.presence import State
 from fv_viz.session import Session
@@ -149,7 +149,7 @@ class Stage:
         os.environ.setdefault("LIBGL_ALWAYS_SOFTWARE", "1")
         self._session.__enter__()
         rospy.init_node("figures", anonymous=True, disable_signals=True)
-        rviz = Path(rospkg.RosPack().get_path("fv_viz")) / "rviz" / "figures.rviz"
+        rviz = Path(rospkg.RosPack().get_path("fv_figures")) / "rviz" / "figures.rviz"
         self._session.rosrun("fv_viz", "viz_node", *(f"_{name}:={value}" for name, value in SETTINGS.items()))
         self._subscriber = rospy.Subscriber("/fv_viz/state", String, self._on_state, queue_size=1)
         width, height = self._size

@@ -11,10 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from fv_common.command import Parser
-from fv_viz.figures import compose, gallery, sources
-from fv_viz.figures.catalogue import CAPTIONS, FIGURES
-from fv_viz.figures.material import Material
-from fv_viz.figures.stage import Stage
+from fv_figures import compose, gallery, sources
+from fv_figures.catalogue import CAPTIONS, FIGURES
+from fv_figures.material import Material
+from fv_figures.stage import Stage
 
 
 def parse(arguments: list[str] | None) -> argparse.Namespace:

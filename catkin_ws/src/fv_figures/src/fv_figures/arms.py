@@ -6,10 +6,10 @@ import numpy as np
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
-from fv_viz import colors, framing, packing, shapes
-from fv_viz.figures import plans, sources
-from fv_viz.figures.compose import Figure
-from fv_viz.figures.material import Material, index_scale, lines
+from fv_figures import plans, sources
+from fv_figures.compose import Figure
+from fv_figures.material import Material, index_scale, lines
+from fv_viz.drawing import colors, framing, packing, shapes
 
 TOPICS = {"Spheres as spikes": "spheres", "Index cuts": "index", "Shapes": "shapes"}
 
