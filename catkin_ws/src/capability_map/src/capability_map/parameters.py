@@ -26,8 +26,8 @@ class BuildParameters:
         [degrees]; None: the angular radius of one sphere point's share of the sphere.
     :param self_collision: refuse configurations in which the robot touches itself.
     :param self_collision_padding_m: each link grows by this much for that check [m].
-    :param symmetry: where quarter turns of the first joint change nothing (building/symmetry.py), decide one of four cells
-        and turn it to the others; false: decide every cell, over the same directions.
+    :param symmetry: where quarter turns of the first joint change nothing (building/symmetry.py), decide one cell
+        of four and turn it to the others; false: decide every cell, over the same directions.
     :param box_min_m, box_max_m: box to fill with spheres, base frame [m]; None: the cube of two arm lengths around
         the shoulder.
     :param max_cells: refuse larger grids.
