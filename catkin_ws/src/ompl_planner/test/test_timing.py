@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from ompl_planner import _core
-from planning_timing import toppra_duration
+from ompl_planner.trials import toppra_duration
 
 pytest.importorskip("toppra")
 VELOCITY = np.array([1.0, 2.0, 2.0, 2.5, 2.5, 3.0, 3.0])

@@ -120,3 +120,18 @@ def random_views(rng: np.random.Generator, count: int) -> tuple[list[np.ndarray]
         T[:3, 3] = rng.uniform([0.15, -0.75, 0.65], [0.80, 0.35, 1.55])
         poses.append(T)
     return poses, rng.uniform(0.0, 1.0, count).tolist()
+
+
+def toppra_duration(waypoints: np.ndarray, radii: list[float], velocity, acceleration) -> float:
+    """Duration of toppra's optimum on the same rounded path [s]."""
+    import toppra
+
+    grid = np.linspace(0.0, 1.0, 400)
+    points = _core.sample_blended_path(waypoints=waypoints, radii=radii, parameters=grid)
+    path = toppra.SplineInterpolator(grid, points)
+    limits = [
+        toppra.constraint.JointVelocityConstraint(np.stack([-velocity, velocity], axis=1)),
+        toppra.constraint.JointAccelerationConstraint(np.stack([-acceleration, acceleration], axis=1)),
+    ]
+    instance = toppra.algorithm.TOPPRA(limits, path, gridpoints=grid, parametrizer="ParametrizeConstAccel")
+    return float(instance.compute_trajectory().duration)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from ompl_planner import _core
-from ompl_planner.trials import Bench, row, spread
+from ompl_planner.trials import Bench, row, spread, toppra_duration
 
 
 def limit_excess(bench: Bench, plan: dict) -> float:
@@ -19,21 +19,6 @@ def limit_excess(bench: Bench, plan: dict) -> float:
     low, high = np.array([limits[names.index(joint)] for joint in plan["joint_names"]]).T
     position = np.abs(q - (low + high) / 2) / ((high - low) / 2 + 1e-6)
     return float(max(position.max(), (np.abs(dq) / velocity).max(), (np.abs(ddq) / acceleration).max()))
-
-
-def toppra_duration(waypoints: np.ndarray, radii: list[float], velocity, acceleration) -> float:
-    """Duration of toppra's optimum on the same rounded path [s]."""
-    import toppra
-
-    grid = np.linspace(0.0, 1.0, 400)
-    points = _core.sample_blended_path(waypoints=waypoints, radii=radii, parameters=grid)
-    path = toppra.SplineInterpolator(grid, points)
-    limits = [
-        toppra.constraint.JointVelocityConstraint(np.stack([-velocity, velocity], axis=1)),
-        toppra.constraint.JointAccelerationConstraint(np.stack([-acceleration, acceleration], axis=1)),
-    ]
-    instance = toppra.algorithm.TOPPRA(limits, path, gridpoints=grid, parametrizer="ParametrizeConstAccel")
-    return float(instance.compute_trajectory().duration)
 
 
 def timing_rows(bench: Bench, plans: list[dict]) -> list[dict]:
