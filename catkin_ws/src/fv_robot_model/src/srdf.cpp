@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "internal.h"
+#include "mesh_builder.h"
 #include "urdf_check.h"
 
 namespace fv_robot_model {
@@ -40,14 +41,24 @@ SrdfGroup parseGroup(const XMLElement& element) {
   return group;
 }
 
+double jointValue(const std::string& told, int line) {
+  const auto refuse = [&] {
+    return ModelError(text("SRDF line ", line, ": '", told, "' is no joint value (one finite number)"));
+  };
+  try {
+    Words words(told);
+    const double value = numberOf<double>(words.next(), "joint value");
+    if (!std::isfinite(value) || !words.next().empty()) throw refuse();
+    return value;
+  } catch (const ModelError&) {
+    throw refuse();
+  }
+}
+
 SrdfState parseState(const XMLElement& element) {
   SrdfState state{required(element, "name"), required(element, "group"), {}};
   forEach(element, "joint", [&](const XMLElement& joint) {
-    double value = 0.0;
-    required(joint, "value");
-    if (joint.QueryDoubleAttribute("value", &value) != tinyxml2::XML_SUCCESS || !std::isfinite(value))
-      throw ModelError(text("SRDF line ", joint.GetLineNum(), ": '", joint.Attribute("value"),
-                            "' is no joint value (one finite number)"));
+    const double value = jointValue(required(joint, "value"), joint.GetLineNum());
     if (!state.values.emplace(required(joint, "name"), value).second)
       throw ModelError(text("SRDF line ", joint.GetLineNum(), ": joint '", joint.Attribute("name"),
                             "' has two values in group_state '", state.name, "'"));

@@ -339,7 +339,8 @@ TEST(RobotModelInput, namesBrokenStates) {
   broken("", {"'home'", "no value", "'elbow'"});
   broken(R"(<joint name="elbow" value="-2.5"/>)", {"'elbow'", "-2.5", "limits"});
   broken(R"(<joint name="elbow" value="nan"/>)", {"no joint value"});
-  broken(R"(<joint name="elbow" value="x"/>)", {"'x'", "no joint value"});
+  for (const std::string told : {"x", "-0,5", "-0.5 0", "-0.5rad", "inf"})
+    broken(R"(<joint name="elbow" value=")" + told + R"("/>)", {"'" + told + "' is no joint value"});
   broken(R"(<joint name="elbow"/>)", {"lacks 'value'"});
   broken(R"(<joint name="elbow" value="0"/><joint name="turn" value="0"/>)",
          {"'turn'", "valid: lift, elbow"});

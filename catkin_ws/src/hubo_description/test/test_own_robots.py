@@ -154,6 +154,15 @@ def test_an_srdf_of_another_robot_is_named(tmp_path):
     assert "own.srdf" in done.stderr and "'before'" in done.stderr and "'own'" in done.stderr
 
 
+def test_a_broken_mesh_to_look_at_is_named_too(tmp_path):
+    mesh = '<geometry><mesh filename="t.stl"/></geometry>'
+    folder = write_robot(tmp_path / "own", urdf=links().replace(f"<visual>{BOX}", f"<visual>{mesh}", 1))
+    (folder / "t.stl").write_text("no mesh")
+    done = check(folder)
+    assert done.returncode == 1 and done.stderr.count("\n") == 1
+    assert "own.urdf: mesh" in done.stderr and "t.stl' cannot be read" in done.stderr
+
+
 @pytest.mark.parametrize("what", ["visual", "collision"])
 def test_meshes_of_packages_that_are_not_there_are_named(tmp_path, what):
     mesh = '<geometry><mesh filename="package://nobody_here/arm.stl"/></geometry>'

@@ -31,6 +31,8 @@ FAR_M = 1000.0
 """Longer than any ray of a camera."""
 HOUSING_M = 0.01
 """A link so near to a camera's optical centre is the camera's own housing, which does not hide its view."""
+MAX_CLEARANCE_VOXELS = 2e7
+"""In one vouched box or sphere: what is vouched for is modest, and the memory is finite."""
 TURN_RAD = 2.0 * math.pi
 """An unlimited joint is drawn within one turn to either side."""
 
@@ -217,25 +219,39 @@ def clearance_boxes(clearance: Mapping[str, Any], pose_of: Any) -> list[tuple[Ar
 
 
 def clearance_voxels(clearance: Mapping[str, Any], pose_of: Any, resolution_m: float) -> Array:
-    """(N, 3) centres [m], map frame, of the voxels that lie wholly within vouched boxes and spheres."""
+    """(N, 3) centres [m], map frame, of the voxels that lie wholly within vouched boxes and spheres.
+
+    :raises ValueError: where they hold more than ``MAX_CLEARANCE_VOXELS``.
+    """
     found = [np.empty((0, 3))]
     corner = resolution_m / 2 * np.array(list(itertools.product((-1, 1), repeat=3)))
     for box in clearance.get("boxes", []):
         T, half = pose_of(box["frame"]), np.asarray(box["size_m"], dtype=float) / 2
         T_box = T @ _translation(box["center_m"])
-        centres = _grid_around(T_box[:3, 3], np.linalg.norm(half), resolution_m)
-        local = (centres[:, None] + corner - T_box[:3, 3]) @ T_box[:3, :3]
-        found.append(centres[(np.abs(local) <= half + 1e-9).all(axis=(1, 2))])
+        centres = _grid_around(T_box[:3, 3], np.abs(T_box[:3, :3]) @ half, resolution_m)
+        local = np.abs((centres - T_box[:3, 3]) @ T_box[:3, :3])
+        local += resolution_m / 2 * np.abs(T_box[:3, :3]).sum(axis=0)  # the corner that lies farthest out
+        found.append(centres[(local <= half + 1e-9).all(axis=1)])
     for sphere in clearance.get("spheres", []):
         centre = (pose_of(sphere["frame"]) @ _translation(sphere["center_m"]))[:3, 3]
-        centres = _grid_around(centre, sphere["radius_m"], resolution_m)
+        centres = _grid_around(centre, np.full(3, sphere["radius_m"]), resolution_m)
         far = np.linalg.norm(centres[:, None] + corner - centre, axis=2).max(axis=1)
         found.append(centres[far <= sphere["radius_m"]])
     return np.concatenate(found)
 
 
-def _grid_around(centre: Array, reach: float, resolution_m: float) -> Array:
-    """Centres of all voxels that a ball meets."""
+def _grid_around(centre: Array, reach: Array, resolution_m: float) -> Array:
+    """Centres of all voxels that a box along the map's axes meets.
+
+    :param reach: (3,) half its edges [m].
+    """
+    edges = 2 * reach / resolution_m
+    if not np.prod(edges) <= MAX_CLEARANCE_VOXELS:
+        size = " x ".join(f"{edge:g}" for edge in 2 * reach)
+        raise ValueError(
+            f"the clearance of robot.yaml: {size} m hold {np.prod(edges):.2g} voxels of {resolution_m:g} m; valid: up "
+            f"to {MAX_CLEARANCE_VOXELS:.0e}. Is it in metres?"
+        )
     low = np.floor((centre - reach) / resolution_m).astype(int)
     high = np.floor((centre + reach) / resolution_m).astype(int) + 1
     axes = [np.arange(a, b) for a, b in zip(low, high, strict=True)]

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from fv_common.native_output import native_output_hidden
+from fv_robot_model import ModelError
 from hubo_description.bullet_urdf import mimic_positions, urdf_for_bullet
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.robot import Robot
@@ -46,7 +47,7 @@ class SelfCollision:
 
     def _load(self, robot: Robot) -> int:
         with tempfile.TemporaryDirectory() as folder:
-            text = urdf_for_bullet(robot.urdf_xml, robot.model, Path(folder))
+            text = self._urdf(robot, Path(folder))
             path = Path(folder) / "robot.urdf"
             path.write_text(text, encoding="utf-8")
             try:
@@ -55,6 +56,15 @@ class SelfCollision:
             except self._bullet.error as err:
                 self.close()
                 raise RobotDescriptionError(f"{robot.name}: pybullet cannot load the URDF: {err}") from err
+
+    def _urdf(self, robot: Robot, folder: Path) -> str:
+        try:
+            return urdf_for_bullet(robot.urdf_xml, robot.model, folder)
+        except ModelError as err:
+            self.close()
+            raise RobotDescriptionError(
+                f"{robot.folder}/robot.yaml: urdf {robot.config.urdf}: {err}"
+            ) from err
 
     def set_joints(self, pose: dict[str, float]) -> None:
         """Put the named joints at these values, rad or m, and all mimics where these put them; the others stay."""

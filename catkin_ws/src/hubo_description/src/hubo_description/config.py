@@ -11,6 +11,15 @@ from hubo_description.schema import from_mapping, reject_unknown, require_mappin
 
 Vector3 = tuple[float, float, float]
 
+LARGEST_CLEARANCE_M = 20.0
+
+
+def _require_clearance(name: str, *lengths_m: float) -> None:
+    """ValueError for what cannot be meant: nobody vouches for halls."""
+    if min(lengths_m) <= 0.0 or max(lengths_m) > LARGEST_CLEARANCE_M:
+        got = list(lengths_m) if len(lengths_m) > 1 else lengths_m[0]
+        raise ValueError(f"{name} must be positive and at most {LARGEST_CLEARANCE_M:g} m, got {got}")
+
 
 @dataclass(frozen=True)
 class ClearanceBox:
@@ -21,8 +30,7 @@ class ClearanceBox:
     size_m: Vector3  # full edge lengths
 
     def __post_init__(self) -> None:
-        if min(self.size_m) <= 0.0:
-            raise ValueError(f"size_m must be positive, got {list(self.size_m)}")
+        _require_clearance("size_m", *self.size_m)
 
 
 @dataclass(frozen=True)
@@ -34,8 +42,7 @@ class ClearanceSphere:
     radius_m: float
 
     def __post_init__(self) -> None:
-        if self.radius_m <= 0.0:
-            raise ValueError(f"radius_m must be positive, got {self.radius_m}")
+        _require_clearance("radius_m", self.radius_m)
 
 
 @dataclass(frozen=True)
@@ -75,6 +82,8 @@ class RobotConfig:
     attach: str | None = None  # xacro in the robot's folder whose links and joints are added to the URDF
 
     def __post_init__(self) -> None:
+        if "/" in self.name or not self.name.strip(". "):
+            raise ValueError(f"name must be one that a file can have, got '{self.name}'")
         if not self.urdf.startswith("pybullet_data:") and not self.urdf.endswith((".urdf", ".urdf.xacro")):
             raise ValueError(f"urdf must be *.urdf, *.urdf.xacro or pybullet_data:<path>, got '{self.urdf}'")
 
@@ -89,9 +98,14 @@ class JointLimit:
     max_acceleration: float
 
     def __post_init__(self) -> None:
-        for name in ("max_velocity", "max_acceleration"):
-            if getattr(self, name) <= 0.0:
-                raise ValueError(f"{name} must be positive, got {getattr(self, name)}")
+        for name, most in (
+            ("max_velocity", 50.0),
+            ("max_acceleration", 1000.0),
+        ):  # more: degrees, millimetres
+            if not 0.0 < getattr(self, name) <= most:
+                raise ValueError(
+                    f"{name} must be positive and at most {most:g} (radians or metres), got {getattr(self, name)}"
+                )
 
     def narrowed(self, mimic: JointLimit, rate: float) -> JointLimit:
         """Return these limits such that a joint that moves ``rate`` times as fast keeps its own as well."""

@@ -6,7 +6,7 @@ import math
 
 from fv_robot_model import RobotModel
 from hubo_description.errors import RobotDescriptionError
-from hubo_description.schema import reject_unknown, require_mapping
+from hubo_description.schema import reject_unknown, require_mapping, require_ros_name
 
 JOINT_STATE = "joint_state_controller/JointStateController"
 POSITION = "position_controllers/JointTrajectoryController"
@@ -27,7 +27,9 @@ def check_controllers(data: dict, namespace: str, model: RobotModel, where: str)
     """
     reject_unknown(data, [namespace, "controller_list"], where)
     controllers = require_mapping(data.get(namespace), f"{where}: {namespace}")
+    require_ros_name(namespace, f"{where}: namespace of robot.yaml")
     for name, entry in controllers.items():
+        require_ros_name(name, f"{where}: {namespace}")
         _check_controller(require_mapping(entry, f"{where}: {name}"), model, f"{where}: {name}")
     listed = data.get("controller_list")
     if not isinstance(listed, list):

@@ -16,6 +16,7 @@ from hubo_description.sensors import DepthCamera, ForceTorque, Sensor, parse_sen
 from hubo_description.urdf import load_urdf
 
 MAP_FRAME = "world"  # of maps, goals and simulated worlds, unless a user says otherwise
+LARGEST_LIMIT = 50.0  # of a joint's position, eight turns or 50 m
 
 
 @dataclass(frozen=True)
@@ -104,6 +105,7 @@ def load_robot(name_or_folder: str | Path) -> Robot:
     check_controllers(robot.controllers, robot.config.namespace, robot.model, f"{folder}/controllers.yaml")
     _check_references(robot)
     _check_map_frame(robot)
+    _check_joint_ranges(robot)
     return robot
 
 
@@ -152,6 +154,9 @@ def _check_references(robot: Robot) -> None:
     _require(exploration.start_pose, robot.group_states[exploration.group], "start_pose", where)
     cameras = [name for name, sensor in robot.sensors.items() if isinstance(sensor, DepthCamera)]
     _require(exploration.camera, cameras, "camera", where)
+    for key, name in groups.items():
+        if name:
+            _require_camera_at_tip(robot, key, where)
     for shape in [*exploration.clearance.boxes, *exploration.clearance.spheres]:
         _require(shape.frame, robot.model.link_names, "clearance frame", where)
     for link in exploration.links_without_shape:
@@ -167,9 +172,26 @@ def _require_arm(group: Group, key: str, where: str) -> None:
         raise RobotDescriptionError(f"{where}: {key} '{group.name}' {lacks} in the SRDF")
 
 
+def _require_camera_at_tip(robot: Robot, key: str, where: str) -> None:
+    """Check that a group's chain ends where the exploring camera looks from: views are poses of that link."""
+    group = robot.groups[getattr(robot.config.exploration, key)]
+    camera = robot.config.exploration.camera
+    optical_frame = robot.sensors[camera].optical_frame
+    if group.tip_link != optical_frame:
+        raise RobotDescriptionError(
+            f"{where}: {key} '{group.name}' ends in link '{group.tip_link}', but camera '{camera}' looks from "
+            f"'{optical_frame}'; valid: a <chain> in the SRDF whose tip_link is the optical_frame of sensors.yaml"
+        )
+
+
 def _check_map_frame(robot: Robot) -> None:
-    """Check that no link has the map frame's name, unless it is the root and stands where the map begins."""
+    """Check that every link can be a frame; the map's own only the root can, where it stands at the map's origin."""
     config, where = robot.config, str(robot.folder / "robot.yaml")
+    slashed = [name for name in robot.model.link_names if name.startswith("/")]
+    if slashed:
+        raise RobotDescriptionError(
+            f"{where}: urdf {config.urdf}: link '{slashed[0]}' begins with /, which no frame of TF may; rename the link"
+        )
     if MAP_FRAME not in robot.model.link_names:
         return
     if robot.model.root_link != MAP_FRAME:
@@ -182,6 +204,16 @@ def _check_map_frame(robot: Robot) -> None:
             f"{where}: base_height_m is {config.base_height_m:g}, but base_link '{MAP_FRAME}' is the map's own frame, "
             f"whose floor is at 0: rename the link, or set base_height_m: 0 and put the height into the URDF"
         )
+
+
+def _check_joint_ranges(robot: Robot) -> None:
+    """Check that no limit is one in degrees or millimetres, which would be no limit at all."""
+    for name, limits in zip(robot.model.joint_names, robot.model.limits, strict=True):
+        if max(-limits.lower, limits.upper) > LARGEST_LIMIT:
+            raise RobotDescriptionError(
+                f"{robot.folder}/robot.yaml: urdf {robot.config.urdf}: joint '{name}' may move from {limits.lower:g} "
+                f"to {limits.upper:g}; valid: radians or metres, up to {LARGEST_LIMIT:g}, or a continuous joint"
+            )
 
 
 def _check_sensor(name: str, sensor: Sensor, model: RobotModel, where: str) -> None:

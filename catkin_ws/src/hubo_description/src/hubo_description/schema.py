@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import math
+import re
 import types
 import typing
 from pathlib import Path
@@ -13,6 +14,7 @@ from hubo_description.errors import RobotDescriptionError
 from hubo_description.files import read_yaml_file
 
 T = typing.TypeVar("T")
+_ROS_NAME = re.compile(r"[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 UNITS = ("m", "mm", "cm", "rad", "deg", "s", "ms", "hz", "px")  # suffixes of keys
 
 
@@ -32,6 +34,15 @@ def require_mapping(data: object, where: str) -> dict:
     if not isinstance(data, dict) or not all(isinstance(key, str) for key in data):
         raise RobotDescriptionError(f"{where}: expected a mapping with names as keys, got {data!r:.80}")
     return data
+
+
+def require_ros_name(name: str, where: str) -> None:
+    """Raise a RobotDescriptionError for a name that ROS would not take for a topic or a parameter."""
+    if not _ROS_NAME.fullmatch(name):
+        raise RobotDescriptionError(
+            f"{where}: '{name}' is no name in ROS; valid: letters, digits and _, in parts that begin with a letter or "
+            "_ and are joined by /"
+        )
 
 
 def reject_unknown(keys: typing.Iterable[str], valid: typing.Iterable[str], where: str) -> None:

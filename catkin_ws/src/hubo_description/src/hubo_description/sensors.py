@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from hubo_description.errors import RobotDescriptionError
-from hubo_description.schema import from_mapping, require_mapping
+from hubo_description.schema import from_mapping, require_mapping, require_ros_name
 
 
 def _check_ranges(min_range_m: float, max_range_m: float, rate_hz: float) -> None:
@@ -114,8 +114,9 @@ class DepthCamera:
     noise: DepthNoise = field(default_factory=DepthNoise)
 
     def __post_init__(self) -> None:
-        _check_interval("horizontal_fov_deg", self.horizontal_fov_deg, 1.0, 179.0)
-        _check_interval("vertical_fov_deg", self.vertical_fov_deg, 1.0, 179.0)
+        _check_interval("horizontal_fov_deg", self.horizontal_fov_deg, 5.0, 179.0)  # less: radians
+        _check_interval("vertical_fov_deg", self.vertical_fov_deg, 5.0, 179.0)
+        _check_interval("max_range_m", self.max_range_m, 0.01, 100.0)  # more: millimetres
         _check_interval("width", self.width, 2, 8192)
         _check_interval("height", self.height, 2, 8192)
         _check_ranges(self.min_range_m, self.max_range_m, self.rate_hz)
@@ -229,6 +230,7 @@ def parse_sensors(data: object, where: str = "sensors.yaml") -> dict[str, Sensor
         sensors[name] = from_mapping(SENSOR_TYPES[kind], entry, f"{where}: {name}")
     topics = [sensor.topic.strip("/") for sensor in sensors.values()]
     for name, topic in zip(sensors, topics, strict=True):
+        require_ros_name(topic, f"{where}: {name}: topic")
         if topics.count(topic) > 1:
             raise RobotDescriptionError(f"{where}: {name}: topic '{topic}' is another sensor's too")
     return sensors
