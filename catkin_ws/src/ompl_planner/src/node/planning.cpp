@@ -87,7 +87,7 @@ bool Planning::takeMap(const fv_msgs::PlanMotionGoal& goal, const std::function<
                         ", asked for at least " + std::to_string(goal.min_map_sequence));
   }
   // A stamp from the future belongs to a clock that has jumped back since: how old is it? Nobody knows.
-  const double age = (ros::Time::now() - map->stamp).toSec();
+  const double age = ros::Time::now().toSec() - map->stamp.toSec();
   if (goal.max_map_age > 0.0 && std::abs(age) > goal.max_map_age) {
     return failWith(failure, PlanStatus::MapTooOld,
                     "the latest map is " + std::to_string(age) + " s old, allowed are " +

@@ -23,6 +23,7 @@ from capability_map.ros.conversions import (
     matrix_from_transform,
 )
 from fv_common.ros_master import missing_parameter, wait_for_master
+from fv_common.transform_buffer import TransformBuffer
 
 
 class CapabilityNode:
@@ -35,7 +36,7 @@ class CapabilityNode:
     def __init__(self) -> None:
         path = rospy.get_param("~map", "") or self._default_path()
         self._map = CapabilityMap.load(path, urdf_xml=rospy.get_param("/robot_description"))
-        self._tf_buffer = tf2_ros.Buffer()
+        self._tf_buffer = TransformBuffer()
         self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
         self._publishers = self._show_markers(int(rospy.get_param("~marker_spheres", 400)))
         self._service = rospy.Service("/capability_map/query", QueryCapability, self._on_query)

@@ -26,6 +26,7 @@ from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
+from fv_common.transform_buffer import TransformBuffer
 from fv_exploration.exploration import ExplorationError, Plan, Scan, ScanError
 from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.ros.conversions import (
@@ -81,7 +82,7 @@ class RosRobot:
         self._joints = JointHistory()
         self._joint_names: list[str] = []  # of the robot; others on the topic are nothing to us
         self._no_transform = ""  # why the last one was not found
-        self._tf_buffer = tf2_ros.Buffer(cache_time=rospy.Duration(600.0))
+        self._tf_buffer = TransformBuffer(cache_time=rospy.Duration(600.0))
         self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
         self._removed_pub = rospy.Publisher("/fv_exploration/removed", PointCloud2, queue_size=1)
         self._planner = actionlib.ActionClient("/ompl_planner/plan", PlanMotionAction)
