@@ -1,11 +1,14 @@
 """The robot in its own map: what it holds, and the views of a group that has no capability map."""
 
+import itertools
+
 import numpy as np
 import pytest
 from fv_msgs.msg import AttachedObject, AttachedObjects
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
+from scipy.spatial.transform import Rotation
 
-from fv_exploration.robot_body import CarriedCamera, RobotBody
+from fv_exploration.robot_body import CarriedCamera, RobotBody, clearance_voxels
 from fv_exploration.ros.conversions import MessageError, held_objects
 from fv_exploration.strategy.reachable_views import CameraFit, DrawnViews
 from fv_robot_model import LinkFilterConfig, SelfFilter, SelfFilterConfig
@@ -137,3 +140,42 @@ def test_random_views_follow_the_seed():
     drawn = [body.random_views("right_arm", 20, np.random.default_rng(seed)) for seed in (1, 1, 2)]
     assert np.array_equal(drawn[0], drawn[1])
     assert not np.array_equal(drawn[0], drawn[2])
+
+
+def corners_within(clearance, T, resolution_m):
+    """Voxels whose eight corners all lie within a box or sphere, looked for in a cube about the origin."""
+    axis = (np.arange(-20, 20) + 0.5) * resolution_m
+    centres = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    corners = centres[:, None] + resolution_m / 2 * np.array(list(itertools.product((-1, 1), repeat=3)))
+    local = (corners - T[:3, 3]) @ T[:3, :3]
+    inside = np.zeros(len(centres), bool)
+    for box in clearance["boxes"]:
+        inside |= (np.abs(local - box["center_m"]) <= np.array(box["size_m"]) / 2).all(axis=(1, 2))
+    for sphere in clearance["spheres"]:
+        inside |= (np.linalg.norm(local - sphere["center_m"], axis=2) <= sphere["radius_m"]).all(axis=1)
+    return {tuple(row) for row in np.rint(centres[inside] / resolution_m - 0.5).astype(int)}
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_clearance_is_what_lies_wholly_within_boxes_and_spheres(seed):
+    random = np.random.default_rng(seed)
+    T = np.eye(4)
+    T[:3, :3], T[:3, 3] = Rotation.random(random_state=seed).as_matrix(), random.uniform(-0.3, 0.3, 3)
+    clearance = {
+        "boxes": [{"frame": "a", "center_m": [0.1, 0.0, -0.1], "size_m": list(random.uniform(0.3, 0.8, 3))}],
+        "spheres": [{"frame": "a", "center_m": [0.0, 0.2, 0.0], "radius_m": random.uniform(0.2, 0.5)}],
+    }
+    found = clearance_voxels(clearance, lambda frame: T, 0.05)
+    assert {tuple(row) for row in np.rint(found / 0.05 - 0.5).astype(int)} == corners_within(
+        clearance, T, 0.05
+    )
+
+
+def test_clearance_that_no_memory_holds_is_refused_before_it_is_taken():
+    box = {"frame": "a", "center_m": [0.0] * 3, "size_m": [700.0, 700.0, 600.0]}
+    with pytest.raises(ValueError, match=r"700 x 700 x 600 m hold 2.4e.12 voxels"):
+        clearance_voxels({"boxes": [box]}, lambda frame: np.eye(4), 0.05)
+    with pytest.raises(ValueError, match="Is it in metres"):
+        clearance_voxels(
+            {"spheres": [{"frame": "a", "center_m": [0.0] * 3, "radius_m": 1e300}]}, lambda _: np.eye(4), 0.05
+        )

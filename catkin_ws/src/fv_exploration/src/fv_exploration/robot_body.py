@@ -245,11 +245,12 @@ def _grid_around(centre: Array, reach: Array, resolution_m: float) -> Array:
 
     :param reach: (3,) half its edges [m].
     """
-    edges = 2 * reach / resolution_m
-    if not np.prod(edges) <= MAX_CLEARANCE_VOXELS:
+    with np.errstate(over="ignore"):
+        voxels = np.prod(2 * reach / resolution_m)
+    if not voxels <= MAX_CLEARANCE_VOXELS:
         size = " x ".join(f"{edge:g}" for edge in 2 * reach)
         raise ValueError(
-            f"the clearance of robot.yaml: {size} m hold {np.prod(edges):.2g} voxels of {resolution_m:g} m; valid: up "
+            f"the clearance of robot.yaml: {size} m hold {voxels:.2g} voxels of {resolution_m:g} m; valid: up "
             f"to {MAX_CLEARANCE_VOXELS:.0e}. Is it in metres?"
         )
     low = np.floor((centre - reach) / resolution_m).astype(int)
