@@ -1,4 +1,5 @@
 """scripts/test: style gates, gtest, pytest and rostest, counted together."""
+# long: one command and its stages
 
 from __future__ import annotations
 
@@ -211,6 +212,7 @@ def check_gates(tally: Tally, work: Path) -> None:
         "ruff format": ["ruff", "format", "--check", *python],
         "clang-format": ["clang-format", "--dry-run", "--Werror", *cpp],
         "catkin_lint": ["/usr/bin/catkin_lint", "--quiet", "-W1", "--strict", str(SOURCES)],
+        "lengths": [sys.executable, str(ROOT / "scripts" / "lib" / "lengths.py"), *python, *cpp],
         "YAML": [sys.executable, "-c", CHECK_YAML, *source_files(".yaml", ".yml")],
     }
     for name, command in gates.items():

@@ -145,6 +145,7 @@ void bindRequest(py::module_& m) {
 
 }  // namespace
 
+// long: a table of bindings
 void bindPlanner(py::module_& m) {
   bindRequest(m);
   m.def("planner_names", &plannerNames, "Planners that a request may name.");

@@ -71,6 +71,7 @@ void bindReturnChance(py::module_& m) {
 
 }  // namespace
 
+// long: a table of bindings
 void bindGain(py::module_& m) {
   const PinholeCamera d;
   py::class_<PinholeCamera>(m, "PinholeCamera",

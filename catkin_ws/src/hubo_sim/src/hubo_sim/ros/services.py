@@ -5,27 +5,45 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 import rospy
 from fv_msgs import srv
 from std_srvs.srv import Empty, EmptyResponse
 
+from hubo_sim.config import SimConfig
 from hubo_sim.errors import SimError
 from hubo_sim.paths import resolve_file
 from hubo_sim.ros.conversions import header, pose_msg, time_from_ns, transform_from_pose
+from hubo_sim.ros.requests import RequestQueue
+from hubo_sim.simulator import Simulator
 from hubo_sim.worlds import WorldObject
 from hubo_sim.worlds.scene import place_root
 
-if TYPE_CHECKING:
-    from hubo_sim.ros.node import SimNode
+
+class Node(Protocol):
+    """What these services ask of the node; all but `request_steps` are called in the simulator's thread."""
+
+    sim: Simulator
+    config: SimConfig
+    requests: RequestQueue
+
+    def pause(self) -> None: ...
+
+    def unpause(self) -> None: ...
+
+    def reset(self) -> None: ...
+
+    def publish_base_transform(self) -> None: ...
+
+    def request_steps(self, count: int) -> float: ...
 
 
 class WorldServices:
     """Pause, step and reset; spawn, delete, move and list models. Every answer is given once it is so."""
 
-    def __init__(self, node: SimNode) -> None:
+    def __init__(self, node: Node) -> None:
         self._node = node
         self._sim = node.sim
         self._ask = node.requests.ask
