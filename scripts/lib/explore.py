@@ -50,6 +50,11 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
         "--seconds", type=float, default=0.0, metavar="S", help="end after S simulated seconds"
     )
     parser.add_argument("--seed", type=int, default=1, help="of everything that draws at random (default: 1)")
+    parser.add_argument(
+        "--policy",
+        metavar="NAME",
+        help="strategy that chooses the views: frontier_void (default), or package.module:Class of your own",
+    )
     parser.add_argument("--resolution", type=float, metavar="M", help="edge of a voxel [m] (default: 0.05)")
     parser.add_argument(
         "--config", type=Path, metavar="FILE", help="YAML over the defaults in exploration.yaml"

@@ -21,6 +21,7 @@ from ros_session import RosSession, SessionError
 from capability_map import default_map_path
 from capability_map.robots import load_arm
 from fv_exploration.explore_config import ExploreConfig
+from fv_exploration.strategy import load_strategy
 from fv_robot_model.ik import make_ik_solver
 from hubo_description import RobotDescriptionError, load_robot
 from hubo_description.check import check_explorer
@@ -46,8 +47,11 @@ def read_config(arguments: argparse.Namespace) -> dict[str, Any]:
     for section, content in (read_overlay(arguments.config) if arguments.config else {}).items():
         known = isinstance(content, dict) and isinstance(values.get(section), dict)
         values[section] = {**values[section], **content} if known else content
+    if arguments.policy and arguments.policy != values["policy"]:
+        values["policy"], values["policy_parameters"] = arguments.policy, {}  # those of the other
     try:
-        from_mapping(ExploreConfig, values, "exploration parameters")
+        config = from_mapping(ExploreConfig, values, "exploration parameters")
+        load_strategy(config.policy, config.policy_parameters)  # said now if there is none
     except ValueError as error:
         raise SessionError(str(error)) from error
     values["map"]["resolution_m"] = arguments.resolution or values["map"]["resolution_m"]

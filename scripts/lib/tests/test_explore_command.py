@@ -32,6 +32,8 @@ def explore(*words: str, **environment: str) -> subprocess.CompletedProcess:
         (["--config", "/nowhere.yaml"], "/nowhere.yaml"),
         (["--out", "/proc/run"], "/proc/run"),
         (["--port", "70000"], "--port is 70000"),
+        (["--policy", "greedy"], "policy is 'greedy'; valid: frontier_void, or package.module:Class"),
+        (["--policy", "no_lab.views:Best"], "No module named 'no_lab'"),
     ],
 )
 def test_bad_input_is_one_line_that_says_what_would_be_valid(words, said, tmp_path):
@@ -51,6 +53,23 @@ def test_an_unknown_parameter_is_named(tmp_path):
     assert done.returncode == 1
     assert "map: unknown key 'resolution'" in done.stderr
     assert "resolution_m" in done.stderr
+
+
+def test_parameters_of_a_policy_are_its_own(tmp_path):
+    (tmp_path / "lab.py").write_text(
+        "import dataclasses\n@dataclasses.dataclass\n"
+        "class Best:\n    drawn: int = 3\n    def choose(self, situation): ...\n"
+    )
+    config = tmp_path / "mine.yaml"
+    config.write_text("policy: lab:Best\npolicy_parameters: {dawn: 5}\n")
+    done = explore("--config", str(config), "--out", str(tmp_path / "run"), PYTHONPATH=own_path(tmp_path))
+    assert done.returncode == 1
+    assert "policy_parameters of lab:Best: unknown key 'dawn' (did you mean 'drawn'?)" in done.stderr
+
+
+def own_path(folder: Path) -> str:
+    """The Python path with a folder of somebody's own modules before it."""
+    return os.pathsep.join([str(folder), *filter(None, [os.environ.get("PYTHONPATH")])])
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Goals of the explore action, the checks of a start, and the warnings that both give."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,8 +12,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from fv_exploration import start_checks
+from fv_exploration.bounds import enclosing_box
 from fv_exploration.explore_config import ExploreConfig
-from fv_exploration.ros.explore_goal import configured, enclosing_box, volume
+from fv_exploration.ros.explore_goal import configured, volume
 from fv_exploration.warning_list import MOST, WarningList
 
 CONFIG = ExploreConfig()
@@ -106,10 +108,13 @@ def test_an_absurd_budget_is_refused(seconds):
         configured(goal(max_seconds=seconds), CONFIG)
 
 
-def test_a_policy_that_does_not_exist_is_refused_with_those_that_do():
-    with pytest.raises(ValueError, match="policy is 'greedy'; valid: frontier_void"):
-        configured(goal(policy="greedy"), CONFIG)
-    assert configured(goal(policy="frontier_void"), CONFIG) == CONFIG
+def test_the_policy_of_the_goal_comes_before_that_of_the_configuration():
+    own = replace(CONFIG, policy="lab.views:Best", policy_parameters={"drawn": 3})
+    assert configured(goal(), own) == configured(goal(policy="lab.views:Best"), own) == own
+    other = configured(goal(policy="frontier_void"), own)
+    assert (other.policy, other.policy_parameters) == ("frontier_void", {}), (
+        "parameters are those of the other"
+    )
 
 
 def test_budgets_of_the_goal_come_before_those_of_the_configuration():

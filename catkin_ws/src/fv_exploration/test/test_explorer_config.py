@@ -29,6 +29,9 @@ def test_the_shipped_file_has_every_member_with_its_default():
         ({"scan": {"cloud_topic": ""}}, "scan: .*cloud_topic"),
         ({"motion": {"plan_budget_s": float("nan")}}, "motion: .*plan_budget_s"),
         ({"evaluation": {"min_fit": 0.0}}, "evaluation: .*min_fit"),
+        ({"motion": {"max_plans": 300}}, "motion: .*max_plans is 300; valid: 1 to 200"),
+        ({"policy": 3}, "policy"),
+        ({"policy_parameters": [1]}, "policy_parameters"),
         ({"stop": 3}, "stop"),
     ],
 )

@@ -1,198 +1,14 @@
 """The whole exploration without ROS: a flying camera in a box with a shelf, on the real map and evaluation."""
 # long: the behaviours of one loop, on the robot that they share
 
-import math
-
 import numpy as np
 import pytest
+from flying_camera import FlyingCamera, Rooted, make
 
-from fv_exploration import (
-    EvaluationConfig,
-    Evaluator,
-    MapConfig,
-    OccupancyMap,
-    PinholeCamera,
-    ScanConfig,
-)
-from fv_exploration.exploration import Exploration, Plan, Scan, ScanError
-from fv_exploration.explore_config import ExploreConfig
-from fv_exploration.gain_judge import GainJudge
 from fv_exploration.known_since import NEVER, KnownSince
-from fv_exploration.outcome import SEEN_SHARE, Decision, Funnel, Reason, nothing_left
-from fv_exploration.strategy.frontier_void import ViewChooser
-from fv_exploration.strategy.reachable_views import ReachableViews
-from hubo_description.schema import from_mapping
-
-ROOM = (np.array([-1.0, -1.0, 0.0]), np.array([1.0, 1.0, 2.0]))
-SHELF = (np.array([0.5, -0.4, 0.0]), np.array([0.9, 0.4, 1.0]))
-RESOLUTION_M = 0.1
-CAMERA = PinholeCamera(
-    width=64,
-    height=48,
-    horizontal_fov_rad=math.radians(58),
-    vertical_fov_rad=math.radians(45),
-    min_range_m=0.05,
-    max_range_m=3.0,
-)
-
-
-def ray_lengths(origin: np.ndarray, directions: np.ndarray) -> np.ndarray:
-    """Distance [m] along unit rays to the shelf from outside or the room from inside."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        room = np.maximum((ROOM[0] - origin) / directions, (ROOM[1] - origin) / directions)
-        near = np.minimum((SHELF[0] - origin) / directions, (SHELF[1] - origin) / directions)
-        far = np.maximum((SHELF[0] - origin) / directions, (SHELF[1] - origin) / directions)
-    enter, leave = near.max(axis=1), far.min(axis=1)
-    shelf = np.where((enter <= leave) & (enter > 0), enter, np.inf)
-    return np.minimum(room.min(axis=1), shelf)
-
-
-def pixel_rays() -> np.ndarray:
-    """Unit vectors of all pixel centres, optical frame."""
-    u = (np.arange(CAMERA.width) + 0.5) / CAMERA.width * 2 - 1
-    v = (np.arange(CAMERA.height) + 0.5) / CAMERA.height * 2 - 1
-    x, y = np.meshgrid(u * math.tan(CAMERA.horizontal_fov_rad / 2), v * math.tan(CAMERA.vertical_fov_rad / 2))
-    rays = np.stack([x.ravel(), y.ravel(), np.ones(x.size)], axis=1)
-    return rays / np.linalg.norm(rays, axis=1, keepdims=True)
-
-
-class FlyingCamera:
-    """A robot that goes where it is sent, unless it is told to fail."""
-
-    def __init__(
-        self,
-        plans_fail: bool = False,
-        motions_fail: bool = False,
-        blind: range = range(0),
-        arm: bool = False,
-    ) -> None:
-        """:param blind: numbers of the scans that fail.
-        :param arm: every second motion ends with an arm before the lens.
-        """
-        self.pose = np.eye(4)
-        self.pose[:3, :3] = np.array([[0, 0, 1], [-1, 0, 0], [0, -1, 0]])
-        self.pose[:3, 3] = [-0.4, 0.0, 1.0]
-        self.plans_fail, self.motions_fail, self.blind = plans_fail, motions_fail, blind
-        self.time_s, self.scans = 0.0, 0
-        self.arm, self.plans, self.hidden_plans, self.turned = arm, 0, 0, []
-        self.planned = self.pose
-        self.visited = []
-        self.map_sequences = []
-
-    def now_s(self) -> float:
-        return self.time_s
-
-    def scan(self) -> Scan:
-        self.scans += 1
-        if self.scans in self.blind:
-            raise ScanError("no cloud")
-        rays = pixel_rays()
-        lengths = ray_lengths(self.pose[:3, 3], rays @ self.pose[:3, :3].T)
-        return Scan(rays * lengths[:, None], self.pose)
-
-    def plan(self, poses, scores, map_sequence, seed) -> Plan:
-        self.map_sequences.append(map_sequence)
-        if self.plans_fail:
-            return Plan(None, -1, "no path")
-        self.plans += 1
-        turned = float(self.arm and self.plans % 2)
-        self.hidden_plans += int(turned)
-        self.planned = poses[0]
-        return Plan(poses[0], 0, "", 2.0, 1.0, {"elbow": turned})
-
-    def camera_pose(self, joints):
-        return self.planned if "elbow" in joints else self.pose
-
-    def hides(self, rays_m, joints):
-        return np.full(len(rays_m), joints.get("elbow", 0.0) > 0.5)
-
-    def execute(self, plan) -> str:
-        self.time_s += 2.0
-        if self.motions_fail:
-            return "stuck"
-        self.pose = plan.trajectory
-        self.turned.append(plan.joints["elbow"])
-        self.visited.append(self.pose)
-        return ""
-
-
-class Listener:
-    """Remembers what it was told."""
-
-    def __init__(self) -> None:
-        self.steps, self.chosen, self.warnings = [], [], []
-
-    def activity(self, text):
-        pass
-
-    def warn(self, text):
-        self.warnings.append(text)
-
-    def map_changed(self, occupancy_map):
-        pass
-
-    def evaluated(self, occupancy_map, evaluation, utility):
-        pass
-
-    def decided(self, candidates, chosen, step):
-        self.chosen.append(chosen)
-
-    def view_done(self, step):
-        self.steps.append(step)
-
-
-class AnyPose:
-    """A capability map of something that reaches every direction within 0.35 m."""
-
-    radius = 0.05
-
-    def __init__(self) -> None:
-        grid = np.arange(-0.3, 0.31, 0.1)
-        self.centres = np.stack(np.meshgrid(grid, grid, grid), -1).reshape(-1, 3)
-        random = np.random.default_rng(0).normal(size=(40, 3))
-        self.directions = random / np.linalg.norm(random, axis=1, keepdims=True)
-        self.valid = np.ones((len(self.centres), 40), dtype=bool)
-
-    def query(self, positions, directions, interpolate=True):
-        return (np.linalg.norm(positions, axis=1) < 0.7).astype(np.float32)
-
-
-class Rooted(AnyPose):
-    """... of something that reaches nothing at all."""
-
-    def query(self, positions, directions, interpolate=True):
-        return np.zeros(len(positions), dtype=np.float32)
-
-
-def make(robot: FlyingCamera, capability=None, min_gain_m3=0.05, **stop):
-    config = from_mapping(
-        ExploreConfig,
-        {
-            "map": {"resolution_m": RESOLUTION_M},
-            "views": {"sampled": 300, "utility_voxels": 40, "min_gain_m3": min_gain_m3},
-            "stop": {"max_views": 25, **stop},
-        },
-        "config",
-    )
-    occupancy_map = OccupancyMap(
-        MapConfig(**vars(config.map), bounds_min=tuple(ROOM[0]), bounds_max=tuple(ROOM[1]))
-    )
-    evaluator = Evaluator(occupancy_map, EvaluationConfig())
-    judge = GainJudge(occupancy_map, evaluator, CAMERA, RESOLUTION_M, robot if robot.arm else None)
-    base = np.eye(4)
-    base[:3, 3] = [-0.4, 0.0, 1.0]
-    chooser = ViewChooser(
-        config.views,
-        ReachableViews(capability or AnyPose(), base[None]),
-        judge,
-        occupancy_map.classify,
-    )
-    scan_config = ScanConfig(min_range_m=0.05, max_range_m=3.0)
-    listener = Listener()
-    exploration = Exploration(
-        occupancy_map, evaluator, judge, chooser, scan_config, robot, listener, config, seed=3
-    )
-    return exploration, occupancy_map, listener
+from fv_exploration.outcome import SEEN_SHARE, Decision, Reason, nothing_left
+from fv_exploration.robot import Plan, PlanStatus, Scan
+from fv_exploration.strategy.ranking import Funnel
 
 
 def test_a_room_is_explored_until_nothing_is_left():
@@ -253,7 +69,9 @@ def test_views_that_cannot_be_planned_from_the_first_on_are_a_failure():
 def test_views_that_cannot_be_planned_after_others_end_it():
     robot = FlyingCamera()
     robot.planning = robot.plan
-    robot.plan = lambda *asked: Plan(None, -1, "no path") if robot.visited else robot.planning(*asked)
+    robot.plan = lambda *asked: (
+        Plan(PlanStatus.NO_PATH, "no path") if robot.visited else robot.planning(*asked)
+    )
     outcome = make(robot)[0].run()
     assert (outcome.reason, outcome.views) == (Reason.COMPLETE, 1)
     assert "no path" in outcome.message
@@ -268,7 +86,7 @@ def test_a_robot_that_cannot_leave_where_it_is_is_a_failure_at_once(views):
         if len(robot.visited) < views:
             return robot.planning(*asked)
         refusals.append(1)
-        return Plan(None, -1, "start: link 'hand' meets the unknown voxel", hopeless=True)
+        return Plan(PlanStatus.START_IN_UNKNOWN, "start: link 'hand' meets the unknown voxel")
 
     robot.plan = plan
     outcome = make(robot)[0].run()

@@ -12,6 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from documents import ROOT
+
 SHORT_RUN = "--views 1 --no-screenshots --no-truth"
 TINY = "--radius 0.3 --points 20"  # of a capability map
 ARM = "my_arm"  # the reader's own robot
@@ -82,6 +84,11 @@ ENTRIES: dict[str, Entry] = {
     ),
     "scripts/explore --shared-network": Entry(
         f"scripts/explore --shared-network --robot free_camera --world empty {SHORT_RUN} --out $(mktemp -d -p .)",
+        "a whole one takes minutes",
+    ),
+    "PYTHONPATH=$PWD/examples scripts/explore --policy nearest_frontier:NearestFrontier": Entry(
+        f"PYTHONPATH={ROOT}/examples scripts/explore --policy nearest_frontier:NearestFrontier "
+        f"--robot free_camera --world empty {SHORT_RUN} --out $(mktemp -d -p .)",
         "a whole one takes minutes",
     ),
     "python3 scripts/lib/own_network.py rosrun fv_viz replay RUN": Entry(

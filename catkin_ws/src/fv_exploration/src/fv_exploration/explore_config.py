@@ -145,6 +145,12 @@ class MotionSettings:
         _require_positive(
             self, "plan_budget_s", "position_tolerance_m", "angle_tolerance_deg", "max_rounds", "max_plans"
         )
+        _require(
+            self.max_plans <= 200,
+            "max_plans",
+            self.max_plans,
+            "1 to 200",
+        )
         _require(0 < self.good_share <= 1, "good_share", self.good_share, "above 0, to 1")
 
 
@@ -172,4 +178,6 @@ class ExploreConfig:
     views: ViewSettings = field(default_factory=ViewSettings)
     motion: MotionSettings = field(default_factory=MotionSettings)
     stop: StopSettings = field(default_factory=StopSettings)
+    policy: str = "frontier_void"
+    policy_parameters: dict[str, Any] = field(default_factory=dict)
     snapshot_service: str = ""

@@ -8,6 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
+
 NEVER = -1
 
 
@@ -18,7 +20,7 @@ class KnownSince:
     :param resolution_m: edge of a voxel; voxel k of an axis spans k * resolution to (k + 1) * resolution.
     """
 
-    def __init__(self, bounds_min: NDArray, bounds_max: NDArray, resolution_m: float) -> None:
+    def __init__(self, bounds_min: Array, bounds_max: Array, resolution_m: float) -> None:
         self._first = np.floor(np.asarray(bounds_min) / resolution_m + 1e-6).astype(int)
         last = np.ceil(np.asarray(bounds_max) / resolution_m - 1e-6).astype(int)
         axes = [np.arange(a, b) for a, b in zip(self._first, last, strict=True)]
@@ -27,7 +29,7 @@ class KnownSince:
         self._shape = tuple(last - self._first)
         self._views = np.full(len(self._centres), NEVER, dtype=np.int16)
 
-    def update(self, view: int, classify: Callable[[NDArray], NDArray[np.int8]]) -> None:
+    def update(self, view: int, classify: Callable[[Array], NDArray[np.int8]]) -> None:
         """Note what is known after a view; ``classify`` gives -1 for unknown centres (N, 3)."""
         open_rows = np.nonzero(self._views == NEVER)[0]
         known = classify(self._centres[open_rows]) >= 0

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import enum
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from fv_exploration.strategy.ranking import Funnel
 
 SEEN_SHARE = 0.9
 """A volume that is known to this share may be called explored without a view that was moved to, or without a return."""
@@ -24,22 +26,14 @@ class Outcome:
     """How an exploration ended.
 
     :param views: places that were reached and scanned from.
+    :param error: what ended it, if an error did.
     """
 
     reason: Reason
     message: str
     views: int
     known_share: float
-
-
-@dataclass(frozen=True)
-class Funnel:
-    """How many candidate views were left after each sieve of a decision."""
-
-    proposed: int = 0
-    in_free_space: int = 0
-    reachable: int = 0
-    worth_it: int = 0
+    error: Exception | None = None
 
 
 @dataclass
@@ -50,7 +44,7 @@ class Decision:
     :param hidden: views with a motion that are worth too little where it ends.
     """
 
-    funnel: Funnel = Funnel()
+    funnel: Funnel = field(default_factory=Funnel)
     refused: int = 0
     last_refusal: str = ""
     hidden: int = 0

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from fv_exploration._core import FARTHEST_RETURN_M, NEAREST_RETURN_M
+from fv_exploration._core import FARTHEST_RETURN_M, NEAREST_RETURN_M, ScanConfig
 
 MILLIMETRES = (300.0, 20_000.0)
 """Where the middle of a depth camera's or a room scanner's ranges lies when they are in millimetres."""
@@ -21,13 +20,13 @@ class Returns:
     :param limits: the ``ScanConfig`` that the scans were inserted with.
     """
 
-    def __init__(self, limits: Any) -> None:
+    def __init__(self, limits: ScanConfig) -> None:
         self._limits = limits
         self._scans = 0
         self._counts: Counter[str] = Counter()
         self._ranges: list[NDArray[np.float64]] = []  # nearest, middle and farthest [m] of scans
 
-    def add(self, points: NDArray, counts: Mapping[str, int]) -> None:
+    def add(self, points: NDArray[np.float64], counts: Mapping[str, int]) -> None:
         """A scan: its points (N, 3), sensor frame [m], and what became of them."""
         self._scans += 1
         self._counts.update(counts)

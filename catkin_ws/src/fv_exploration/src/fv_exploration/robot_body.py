@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +23,10 @@ from fv_robot_model import (
 )
 
 Array = NDArray[np.float64]
+Clearance = Mapping[str, Sequence[Mapping[str, Any]]]
+"""``clearance`` of robot.yaml: lists ``boxes`` and ``spheres``, each entry with its frame, centre and size."""
+PoseOf = Callable[[str], Array]
+"""(4, 4) pose of a frame in the map frame."""
 SCENE = 0
 """Labels of ``SelfFilter.classify``: a point of the scene ..."""
 NO_RETURN = 3
@@ -202,7 +206,7 @@ class CarriedCamera:
         return self.body.hides(self.group, rays_m, joints)
 
 
-def clearance_boxes(clearance: Mapping[str, Any], pose_of: Any) -> list[tuple[Array, Array]]:
+def clearance_boxes(clearance: Clearance, pose_of: PoseOf) -> list[tuple[Array, Array]]:
     """Boxes (min, max) of the map frame that enclose what robot.yaml vouches for.
 
     For drawing: of a box whose frame is turned this is the hull. What becomes free is ``clearance_voxels``.
@@ -218,7 +222,15 @@ def clearance_boxes(clearance: Mapping[str, Any], pose_of: Any) -> list[tuple[Ar
     return boxes
 
 
-def clearance_voxels(clearance: Mapping[str, Any], pose_of: Any, resolution_m: float) -> Array:
+def clearance_spheres(clearance: Clearance, pose_of: PoseOf) -> list[tuple[Array, float]]:
+    """Centre (3,) and radius [m], map frame, of the spheres that robot.yaml vouches for."""
+    return [
+        ((pose_of(ball["frame"]) @ _translation(ball["center_m"]))[:3, 3], float(ball["radius_m"]))
+        for ball in clearance.get("spheres", [])
+    ]
+
+
+def clearance_voxels(clearance: Clearance, pose_of: PoseOf, resolution_m: float) -> Array:
     """(N, 3) centres [m], map frame, of the voxels that lie wholly within vouched boxes and spheres.
 
     :raises ValueError: where they hold more than ``MAX_CLEARANCE_VOXELS``.
@@ -232,11 +244,10 @@ def clearance_voxels(clearance: Mapping[str, Any], pose_of: Any, resolution_m: f
         local = np.abs((centres - T_box[:3, 3]) @ T_box[:3, :3])
         local += resolution_m / 2 * np.abs(T_box[:3, :3]).sum(axis=0)  # the corner that lies farthest out
         found.append(centres[(local <= half + 1e-9).all(axis=1)])
-    for sphere in clearance.get("spheres", []):
-        centre = (pose_of(sphere["frame"]) @ _translation(sphere["center_m"]))[:3, 3]
-        centres = _grid_around(centre, np.full(3, sphere["radius_m"]), resolution_m)
+    for centre, radius_m in clearance_spheres(clearance, pose_of):
+        centres = _grid_around(centre, np.full(3, radius_m), resolution_m)
         far = np.linalg.norm(centres[:, None] + corner - centre, axis=2).max(axis=1)
-        found.append(centres[far <= sphere["radius_m"]])
+        found.append(centres[far <= radius_m])
     return np.concatenate(found)
 
 
@@ -259,7 +270,7 @@ def _grid_around(centre: Array, reach: Array, resolution_m: float) -> Array:
     return (np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3) + 0.5) * resolution_m
 
 
-def _translation(offset: Any) -> Array:
+def _translation(offset: Sequence[float]) -> Array:
     T = np.eye(4)
     T[:3, 3] = offset
     return T

@@ -5,12 +5,12 @@ from __future__ import annotations
 import csv
 import json
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from fv_exploration import Evaluation, OccupancyMap
 from fv_exploration.known_since import KnownSince
 
 COLUMNS = (
@@ -27,7 +27,7 @@ share is an upper bound. ``contacts``: physics steps with a contact since the ro
 """
 
 
-def write_replacing(path: Path, write: Callable[[Path], None]) -> None:
+def write_replacing(path: Path, write: Callable[[Path], object]) -> None:
     """Let ``write`` fill a file beside ``path`` and rename it when it is complete."""
     beside = path.with_name(f".{path.name}.part{path.suffix}")
     try:
@@ -37,7 +37,7 @@ def write_replacing(path: Path, write: Callable[[Path], None]) -> None:
         beside.unlink(missing_ok=True)
 
 
-def write_json(path: Path, content: Any) -> None:
+def write_json(path: Path, content: object) -> None:
     """Write JSON, replacing the file as a whole."""
     write_replacing(path, lambda beside: beside.write_text(json.dumps(content, indent=2) + "\n"))
 
@@ -50,8 +50,8 @@ class RunFolder:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        self._rows: list[dict[str, Any]] = []
-        self._views: list[dict[str, Any]] = []
+        self._rows: list[Mapping[str, float | str]] = []
+        self._views: list[Mapping[str, object]] = []
         self._known_since: KnownSince | None = None
         folder.mkdir(parents=True, exist_ok=True)
 
@@ -63,7 +63,7 @@ class RunFolder:
     def metrics_path(self) -> Path:
         return self._folder / "metrics.csv"
 
-    def add_row(self, row: dict[str, Any]) -> None:
+    def add_row(self, row: Mapping[str, float | str]) -> None:
         """Append one view's figures; keys must be among ``COLUMNS``."""
         unknown = set(row) - set(COLUMNS)
         if unknown:
@@ -71,12 +71,12 @@ class RunFolder:
         self._rows.append(row)
         write_replacing(self.metrics_path, self._write_rows)
 
-    def add_view(self, view: dict[str, Any]) -> None:
+    def add_view(self, view: Mapping[str, object]) -> None:
         """Append the pose and the figures of an executed view to views.json."""
         self._views.append(view)
         write_json(self._folder / "views.json", self._views)
 
-    def note_known(self, view: int, occupancy_map: Any) -> None:
+    def note_known(self, view: int, occupancy_map: OccupancyMap) -> None:
         """Remember which voxels the map knows after this view."""
         if self._known_since is None:
             self._known_since = KnownSince(
@@ -84,7 +84,7 @@ class RunFolder:
             )
         self._known_since.update(view, occupancy_map.classify)
 
-    def write_map(self, occupancy_map: Any, evaluation: Any) -> None:
+    def write_map(self, occupancy_map: OccupancyMap, evaluation: Evaluation) -> None:
         """map.bt (OctoMap, three classes), map.ot (with probabilities), and the npz files."""
         write_replacing(self._folder / "map.bt", lambda path: occupancy_map.write_bt(str(path)))
         write_replacing(self.map_path, lambda path: occupancy_map.write_ot(str(path)))

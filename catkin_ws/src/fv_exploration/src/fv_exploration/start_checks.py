@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from fv_exploration.ros.explore_goal import Bounds, shown
+from fv_exploration.bounds import Bounds, shown
 
 Array = NDArray[np.float64]
 ROUND_M = 0.05

@@ -22,11 +22,13 @@ from fv_exploration import (
     PinholeCamera,
     ScanConfig,
 )
-from fv_exploration.exploration import Exploration, Plan, Scan
+from fv_exploration.exploration import Exploration
 from fv_exploration.explore_config import ExploreConfig, StopSettings, ViewSettings
 from fv_exploration.gain_judge import GainJudge
+from fv_exploration.robot import Plan, PlanStatus, Scan
 from fv_exploration.robot_body import clearance_voxels
-from fv_exploration.strategy.frontier_void import ViewChooser
+from fv_exploration.strategy import load_strategy
+from fv_exploration.view_worth import ViewWorth
 from fv_robot_model import PointClass, RobotModel, SelfFilter, SelfFilterConfig, body_voxels
 from hubo_description import load_robot
 from hubo_sim.config import SimConfig
@@ -97,6 +99,7 @@ class Recorder:
         limits = self._camera.config
         self.scan_config = ScanConfig(min_range_m=limits.min_range_m, max_range_m=limits.max_range_m)
         self._scans = 0
+        self._ends: list[np.ndarray] = []  # of the motions that were planned
 
     def positions(self) -> dict[str, float]:
         return dict(zip(self._bench.fast.joint_names, self._bench.start().tolist(), strict=True))
@@ -126,13 +129,13 @@ class Recorder:
         request.goal_scores = list(map(float, scores))
         request.seed = seed % 2**32
         plan = self._bench.fast.solve(request)
-        return Plan(
-            plan if plan["status"] == _core.PlanStatus.SUCCESS else None, plan["goal_index"], plan["message"]
-        )
+        if plan["status"] == _core.PlanStatus.SUCCESS:
+            self._ends.append(plan["trajectory"]["positions"][-1])
+        motion = len(self._ends) - 1
+        return Plan(PlanStatus(int(plan["status"])), plan["message"], plan["goal_index"], motion)
 
     def execute(self, plan: Plan) -> str:
-        end = plan.trajectory["trajectory"]["positions"][-1]
-        self._bench.request.start_all = self._bench.with_group(end)
+        self._bench.request.start_all = self._bench.with_group(self._ends[plan.motion])
         return ""
 
 
@@ -197,13 +200,13 @@ def _explore(bench: Bench, robot: object, simulator: Simulator, views: int, seed
     judge = GainJudge(occupancy_map, evaluator, ray_camera(simulator, config.views), cell_m)
     base = model.link_names.index(model.group(bench.request.group).base_link)
     reach = SampledReach(bench, bench.T_map_root @ model.forward(start)[base])
-    chooser = ViewChooser(config.views, reach, judge, occupancy_map.classify)
     Exploration(
         occupancy_map,
         evaluator,
-        judge,
-        chooser,
         recorder.scan_config,
+        load_strategy(config.policy, config.policy_parameters),
+        reach,
+        ViewWorth(judge, config.views),
         recorder,
         Audience(),
         config,

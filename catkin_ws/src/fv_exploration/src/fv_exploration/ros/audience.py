@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import rospy
-from fv_msgs.msg import Contacts, Evaluation, ExplorationVolume, MapUpdate, Views
+from fv_msgs.msg import Contacts, ExplorationVolume, MapUpdate, Views
+from fv_msgs.msg import Evaluation as EvaluationMsg
 from fv_msgs.srv import Screenshot
 from numpy.typing import NDArray
 from octomap_msgs.msg import Octomap
 from octomap_msgs.srv import GetOctomap, GetOctomapResponse
 from std_msgs.msg import Header
 
-from fv_exploration.exploration import Step
+from fv_exploration import Evaluation, OccupancyMap, PinholeCamera, Utility
+from fv_exploration.audience import Step
+from fv_exploration.bounds import Bounds
 from fv_exploration.ros import conversions
 from fv_exploration.run_folder import RunFolder
-from fv_exploration.strategy.frontier_void import Candidates
+from fv_exploration.strategy.ranking import Candidates
 
 Array = NDArray[np.float64]
 SNAPSHOT_TIMEOUT_S = 60.0
@@ -40,7 +42,7 @@ class MapPublisher:
             rospy.Service("/octomap_full", GetOctomap, lambda _request: self._answer(False)),
         ]
 
-    def publish(self, occupancy_map: Any) -> None:
+    def publish(self, occupancy_map: OccupancyMap) -> None:
         """Hand the map on under its sequence number."""
         header = Header(frame_id=self._frame, stamp=rospy.Time.now())
         for binary, publisher in self._pubs.items():
@@ -88,7 +90,7 @@ class RosAudience:
     def __init__(
         self,
         map_frame: str,
-        camera: Any,
+        camera: PinholeCamera,
         map_publisher: MapPublisher,
         feedback: Callable[[str, int, float, float], None],
         warn: Callable[[str], None],
@@ -106,39 +108,39 @@ class RosAudience:
         self._views = 0
         self._known_share = 0.0
         self._best_gain = 0.0
-        self._last: tuple[Any, Any] | None = None
+        self._last: tuple[OccupancyMap, Evaluation] | None = None
         self._chosen: tuple[int, Array] | None = None  # number and pose of the view that is next
         self._contacts = ContactCount()
         self._evaluation_pub = rospy.Publisher(
-            "/fv_exploration/evaluation", Evaluation, queue_size=1, latch=True
+            "/fv_exploration/evaluation", EvaluationMsg, queue_size=1, latch=True
         )
         self._views_pub = rospy.Publisher("/fv_exploration/views", Views, queue_size=1, latch=True)
         self._volume_pub = rospy.Publisher(
             "/fv_exploration/volume", ExplorationVolume, queue_size=1, latch=True
         )
 
-    def volume(self, bounds: tuple[Array, Array], clearance: list[tuple[Array, Array]]) -> None:
-        """Publish what bounds the exploration: corners (3,) [m] of the map frame."""
-        self._volume_pub.publish(conversions.volume_msg(*bounds, clearance, self._header()))
+    def volume(self, bounds: Bounds, boxes: list[Bounds], spheres: list[tuple[Array, float]]) -> None:
+        """Publish what bounds the exploration, and the clearance: boxes, and spheres by centre and radius [m]."""
+        self._volume_pub.publish(conversions.volume_msg(bounds, boxes, spheres, self._header()))
 
     def activity(self, text: str) -> None:
-        """See ``exploration.Audience``."""
+        """See ``audience.Audience``."""
         rospy.logdebug("%s", text)
         self._feedback(text, self._views, self._known_share, self._best_gain)
 
-    def map_changed(self, occupancy_map: Any) -> None:
-        """See ``exploration.Audience``."""
+    def map_changed(self, occupancy_map: OccupancyMap) -> None:
+        """See ``audience.Audience``."""
         self._known_share = occupancy_map.known_share()
         self._map_publisher.publish(occupancy_map)
 
-    def evaluated(self, occupancy_map: Any, evaluation: Any, utility: Any) -> None:
-        """See ``exploration.Audience``."""
+    def evaluated(self, occupancy_map: OccupancyMap, evaluation: Evaluation, utility: Utility | None) -> None:
+        """See ``audience.Audience``."""
         self._last = (occupancy_map, evaluation)
         message = conversions.evaluation_msg(occupancy_map, evaluation, utility, self._header())
         self._evaluation_pub.publish(message)
 
     def decided(self, candidates: Candidates, chosen: int, step: Step) -> None:
-        """See ``exploration.Audience``."""
+        """See ``audience.Audience``."""
         message = conversions.views_msg(candidates, chosen, self._header())
         if self._last:
             message.map_sequence = self._last[0].sequence
@@ -146,17 +148,17 @@ class RosAudience:
         message.horizontal_fov = self._camera.horizontal_fov_rad
         message.vertical_fov = self._camera.vertical_fov_rad
         message.max_range = self._camera.max_range_m
-        self._best_gain = float(candidates.gains.max(initial=0.0))
+        self._best_gain = float(candidates.gain_m3.max(initial=0.0))
         self._views_pub.publish(message)
         self._chosen = (step.view, candidates.poses[chosen]) if chosen >= 0 else None
         self._snapshot(step)
 
     def view_done(self, step: Step) -> None:
-        """See ``exploration.Audience``."""
+        """See ``audience.Audience``."""
         self._views = step.view
-        if self._folder:
+        if self._folder and self._last:
             self._folder.add_row(self._row(step))
-            self._note_view(step)
+            self._note_view(self._folder, step)
             self._folder.note_known(step.view, self._last[0])
         rospy.loginfo(
             "view %d: %.1f %% of the volume known, %.3f m^3 new (expected %.3f)",
@@ -166,7 +168,7 @@ class RosAudience:
             step.expected_gain_m3,
         )
 
-    def _note_view(self, step: Step) -> None:
+    def _note_view(self, folder: RunFolder, step: Step) -> None:
         """Write down the view that was chosen, if it was reached."""
         if self._chosen is None or self._chosen[0] != step.view:
             return
@@ -177,16 +179,18 @@ class RosAudience:
             "expected_gain_m3": round(step.expected_gain_m3, 4),
             "real_gain_m3": round(step.real_gain_m3, 9),
         }
-        self._folder.add_view({"view": view, **figures, "pose": pose.tolist(), "joints": joints})
+        folder.add_view({"view": view, **figures, "pose": pose.tolist(), "joints": joints})
 
     def finish(self) -> None:
         """Write the map and what was last evaluated."""
         if self._folder and self._last:
             self._folder.write_map(*self._last)
 
-    def _row(self, step: Step) -> dict[str, Any]:
+    def _row(self, step: Step) -> dict[str, float | str]:
         wall_s, sim_s = time.monotonic() - self._started[0], rospy.get_time() - self._started[1]
-        row = {f"{name}_s": round(seconds, 4) for name, seconds in step.seconds.items()}
+        row: dict[str, float | str] = {
+            f"{name}_s": round(seconds, 4) for name, seconds in step.seconds.items()
+        }
         row.update(step.counts)
         row.update(
             view=step.view,

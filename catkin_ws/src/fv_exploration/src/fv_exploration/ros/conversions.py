@@ -11,13 +11,13 @@ from fv_msgs.msg import (
     AttachedObjects,
     Box,
     Ellipsoid,
-    Evaluation,
     ExplorationVolume,
     FrontierVoid,
     MapUpdate,
     View,
     Views,
 )
+from fv_msgs.msg import Evaluation as EvaluationMsg
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Transform, Vector3
 from numpy.typing import NDArray
 from octomap_msgs.msg import Octomap
@@ -25,9 +25,12 @@ from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import PointCloud2, PointField
 from std_msgs.msg import Header
 
+from fv_exploration import Evaluation, OccupancyMap, Utility
+from fv_exploration.bounds import Bounds
 from fv_exploration.cloud_layout import CloudLayoutError, cloud_points
 from fv_exploration.recordings.errors import python_warning
 from fv_exploration.robot_body import HeldObject
+from fv_exploration.strategy import Candidates
 from fv_robot_model import Shape
 
 Array = NDArray[np.float64]
@@ -50,7 +53,7 @@ def points_from_cloud(cloud: PointCloud2, warn: Callable[[str], None] = python_w
         raise MessageError(str(error)) from error
 
 
-def cloud_msg(points: NDArray, header: Header) -> PointCloud2:
+def cloud_msg(points: Array, header: Header) -> PointCloud2:
     """An unorganised cloud of (N, 3) points [m] in the header's frame; float32 x, y and z."""
     data = np.ascontiguousarray(points, dtype="<f4")
     fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate("xyz")]
@@ -101,7 +104,7 @@ def box_msg(minimum: Array, maximum: Array) -> Box:
     return Box(Point(*minimum), Point(*maximum))
 
 
-def octomap_msg(occupancy_map: Any, header: Header, binary: bool) -> Octomap:
+def octomap_msg(occupancy_map: OccupancyMap, header: Header, binary: bool) -> Octomap:
     """octomap_msgs/Octomap of the map: classes only when ``binary``, else with probabilities."""
     data = occupancy_map.binary_data() if binary else occupancy_map.full_data()
     return Octomap(
@@ -109,7 +112,7 @@ def octomap_msg(occupancy_map: Any, header: Header, binary: bool) -> Octomap:
     )
 
 
-def map_update_msg(occupancy_map: Any, octomap: Octomap) -> MapUpdate:
+def map_update_msg(occupancy_map: OccupancyMap, octomap: Octomap) -> MapUpdate:
     """fv_msgs/MapUpdate with the map's sequence number and bounds."""
     return MapUpdate(
         octomap.header,
@@ -121,14 +124,20 @@ def map_update_msg(occupancy_map: Any, octomap: Octomap) -> MapUpdate:
 
 
 def volume_msg(
-    minimum: Array, maximum: Array, boxes: list[tuple[Array, Array]], header: Header
+    bounds: Bounds, boxes: list[Bounds], spheres: list[tuple[Array, float]], header: Header
 ) -> ExplorationVolume:
-    """fv_msgs/ExplorationVolume of the bounds and the axis-aligned clearance boxes, corners (3,) [m]."""
-    return ExplorationVolume(header, box_msg(minimum, maximum), [box_msg(*box) for box in boxes], [], [])
+    """fv_msgs/ExplorationVolume of the bounds and the clearance: boxes, and spheres by centre and radius [m]."""
+    return ExplorationVolume(
+        header,
+        box_msg(*bounds),
+        [box_msg(*box) for box in boxes],
+        [Point(*centre) for centre, _ in spheres],
+        [radius for _, radius in spheres],
+    )
 
 
-def views_msg(candidates: Any, chosen: int, header: Header) -> Views:
-    """fv_msgs/Views of ``frontier_void.Candidates``; camera and counters are left for the caller."""
+def views_msg(candidates: Candidates, chosen: int, header: Header) -> Views:
+    """fv_msgs/Views of ``strategy.Candidates``; camera and counters are left for the caller."""
     rows = zip(
         candidates.poses,
         candidates.utility,
@@ -157,9 +166,11 @@ def ellipsoid_msg(ellipsoid: Any) -> Ellipsoid:
     )
 
 
-def evaluation_msg(occupancy_map: Any, evaluation: Any, utility: Any, header: Header) -> Evaluation:
+def evaluation_msg(
+    occupancy_map: OccupancyMap, evaluation: Evaluation, utility: Utility | None, header: Header
+) -> EvaluationMsg:
     """fv_msgs/Evaluation of everything that was found in the map."""
-    return Evaluation(
+    message = EvaluationMsg(
         header=header,
         map_sequence=occupancy_map.sequence,
         resolution=occupancy_map.resolution_m,
@@ -174,10 +185,12 @@ def evaluation_msg(occupancy_map: Any, evaluation: Any, utility: Any, header: He
             FrontierVoid(int(ellipsoid), np.asarray(clusters, dtype=np.uint32))
             for ellipsoid, clusters in evaluation.frontier_voids
         ],
-        utility_points=_flat(utility.points),
-        utility=np.asarray(utility.utility, dtype=np.float32),
-        utility_direction=_flat(utility.direction),
     )
+    if utility is not None:
+        message.utility_points = _flat(utility.points)
+        message.utility = np.asarray(utility.utility, dtype=np.float32)
+        message.utility_direction = _flat(utility.direction)
+    return message
 
 
 def held_objects(msg: AttachedObjects) -> list[HeldObject]:
@@ -201,5 +214,5 @@ def _held_shape(item: AttachedObject) -> Shape:
     raise MessageError(f"object {item.name!r}: kind is {item.kind}; valid: 0 (BOX), 1 (CYLINDER), 2 (SPHERE)")
 
 
-def _flat(points: NDArray) -> NDArray[np.float32]:
+def _flat(points: NDArray[np.float64]) -> NDArray[np.float32]:
     return np.ascontiguousarray(points, dtype=np.float32).ravel()

@@ -1,12 +1,12 @@
-"""The robot as the exploration sees it: topics, services and actions behind ``exploration.Robot``."""
+"""The robot as the exploration sees it: topics, services and actions behind ``fv_exploration.robot.Robot``."""
 
 from __future__ import annotations
 
 import collections
 import math
 import time
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol, TypeVar
 
 import actionlib
 import numpy as np
@@ -27,8 +27,8 @@ from std_msgs.msg import Header
 from std_srvs.srv import Trigger
 
 from fv_common.transform_buffer import TransformBuffer
-from fv_exploration.exploration import ExplorationError, Plan, Scan, ScanError
 from fv_exploration.explore_config import ExploreConfig
+from fv_exploration.robot import ExplorationError, Plan, PlanStatus, Scan, ScanError
 from fv_exploration.ros.conversions import (
     MessageError,
     cloud_msg,
@@ -39,17 +39,29 @@ from fv_exploration.ros.conversions import (
 from fv_exploration.ros.joint_history import JointHistory
 
 Array = NDArray[np.float64]
+Found = TypeVar("Found")
 POLL_S = 0.01
 FAR_JOINTS_S = 0.5
 """Joints that were told so long before or after a scan are said to be guessed."""
-HOPELESS = (
-    PlanMotionResult.INVALID_REQUEST,
-    PlanMotionResult.START_IN_COLLISION,
-    PlanMotionResult.START_IN_UNKNOWN,
-    PlanMotionResult.NO_MAP,
-    PlanMotionResult.NO_JOINT_STATES,
-)
-"""Answers that are not about the views that were asked for."""
+
+
+class Body(Protocol):
+    """Who knows the robot's own points; ``RobotBody`` does."""
+
+    def is_robot(
+        self, points: Array, T_map_sensor: Array, positions: Mapping[str, float]
+    ) -> NDArray[np.bool_]:
+        """(N,) which points (N, 3) of the sensor's frame are not to be mapped."""
+
+
+class Nobody:
+    """A body that is in no scan."""
+
+    def is_robot(
+        self, points: Array, T_map_sensor: Array, positions: Mapping[str, float]
+    ) -> NDArray[np.bool_]:
+        """See ``Body``."""
+        return np.zeros(len(points), dtype=bool)
 
 
 class RosRobot:
@@ -57,8 +69,6 @@ class RosRobot:
 
     Publishes ``/fv_exploration/removed`` for whoever listens: the points of each scan that are the robot's own.
 
-    :param is_robot: ``(points (N, 3), T_map_sensor (4, 4), joint positions by name) -> (N,)`` bool: the robot's own
-        points, not to be mapped.
     :param stop: asked while waiting; True ends the wait with ExplorationError.
     :param warn: told in one line what of its input is left out or guessed.
     """
@@ -68,19 +78,19 @@ class RosRobot:
         config: ExploreConfig,
         map_frame: str,
         group: str,
-        is_robot: Callable[[Array, Array, dict[str, float]], NDArray[np.bool_]],
         stop: Callable[[], bool],
         warn: Callable[[str], None],
     ) -> None:
         self._config = config
         self._map_frame = map_frame
         self._group = group
-        self._is_robot = is_robot
+        self.body: Body = Nobody()  # whose points are left out of scans
         self._stop = stop
         self._warn = warn
         self._clouds: collections.deque[PointCloud2] = collections.deque(maxlen=4)
         self._joints = JointHistory()
         self._joint_names: list[str] = []  # of the robot; others on the topic are nothing to us
+        self._plans: list[PlanMotionResult] = []  # since the last motion
         self._no_transform = ""  # why the last one was not found
         self._tf_buffer = TransformBuffer(cache_time=rospy.Duration(600.0))
         self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
@@ -94,7 +104,7 @@ class RosRobot:
 
     def now_s(self) -> float:
         """ROS time [s]."""
-        return rospy.get_time()
+        return float(rospy.get_time())
 
     def wait_until_ready(self, timeout_s: float = 60.0) -> None:
         """Wait for time, joint states and the planning node; ExplorationError names what is missing."""
@@ -108,15 +118,15 @@ class RosRobot:
             lambda: f"joint states: {self._silence('/joint_states', self._joint_sub)}",
             timeout_s,
         )
-        for client, name in (
-            (self._planner, "/ompl_planner/plan"),
-            (self._executor, "/ompl_planner/execute"),
-        ):
-            self._wait(
-                lambda c=client: c.wait_for_server(rospy.Duration(0.05)),
-                lambda n=name: f"the action {n}: nobody serves it; start rosrun ompl_planner planner_node",
-                timeout_s,
-            )
+        self._wait_for_action(self._planner, "/ompl_planner/plan", timeout_s)
+        self._wait_for_action(self._executor, "/ompl_planner/execute", timeout_s)
+
+    def _wait_for_action(self, client: actionlib.ActionClient, name: str, timeout_s: float) -> None:
+        self._wait(
+            lambda: bool(client.wait_for_server(rospy.Duration(0.05))),
+            lambda: f"the action {name}: nobody serves it; start rosrun ompl_planner planner_node",
+            timeout_s,
+        )
 
     def require_joints(self, names: Sequence[str]) -> None:
         """Wait until something has been heard of all joints of the robot; ExplorationError names those missing."""
@@ -152,7 +162,7 @@ class RosRobot:
         except (ExplorationError, MessageError) as error:
             raise ScanError(str(error)) from error
         joints = self._joints_at(cloud.header.stamp)
-        own = self._is_robot(points, T_map_sensor, joints)
+        own = self.body.is_robot(points, T_map_sensor, joints)
         self._publish_removed(points[own], T_map_sensor, cloud.header.stamp)
         return Scan(points[~own], T_map_sensor, joints)
 
@@ -174,27 +184,35 @@ class RosRobot:
             min_map_sequence=map_sequence,
         )
         result: PlanMotionResult = self._call(self._planner, goal)
-        if result.status == PlanMotionResult.SUCCESS and result.map_sequence < map_sequence:
-            return Plan(
-                None, -1, f"the plan is for map {result.map_sequence}, the map is {map_sequence} by now"
-            )
-        if result.status != PlanMotionResult.SUCCESS:
-            message = result.message or f"status {result.status}"
-            return Plan(None, -1, message, hopeless=result.status in HOPELESS)
+        dropped = result.status == PlanMotionResult.NO_RESULT  # by actionlib, when it was cancelled early
+        status = PlanStatus.CANCELLED if dropped else PlanStatus(result.status)
+        if status is not PlanStatus.SUCCESS:
+            return Plan(status, result.message or f"status {result.status}")
+        if result.map_sequence < map_sequence:
+            text = f"the plan is for map {result.map_sequence}, the map is {map_sequence} by now"
+            return Plan(PlanStatus.MAP_TOO_OLD, text)
         motion = result.trajectory
         ends = dict(zip(motion.joint_names, motion.points[-1].positions, strict=True))
-        return Plan(result, result.goal_index, result.message, result.duration, result.path_length, ends)
+        self._plans.append(result)
+        return Plan(
+            status,
+            result.message,
+            result.goal_index,
+            len(self._plans) - 1,
+            result.duration,
+            result.path_length,
+            ends,
+        )
 
     def execute(self, plan: Plan) -> str:
         """Execute the plan; the text says why it was not finished, empty when it was."""
-        planned: PlanMotionResult = plan.trajectory
+        planned = self._plans[plan.motion]
+        self._plans.clear()
         goal = ExecuteMotionGoal(planned.trajectory, planned.map_sequence)
         result: ExecuteMotionResult = self._call(self._executor, goal)
-        return (
-            ""
-            if result.status == ExecuteMotionResult.SUCCESS
-            else (result.message or f"status {result.status}")
-        )
+        if result.status == ExecuteMotionResult.SUCCESS:
+            return ""
+        return result.message or f"status {result.status}"
 
     def _on_joints(self, message: JointState) -> None:
         problem = self._joints.add(
@@ -305,7 +323,9 @@ class RosRobot:
             return None
         return matrix_from_transform(found.transform)
 
-    def _wait(self, condition: Callable[[], Any], what: Callable[[], str], timeout_s: float) -> Any:
+    def _wait(
+        self, condition: Callable[[], Found | None], what: Callable[[], str], timeout_s: float
+    ) -> Found:
         """Poll until the condition gives something; ``what`` says what is waited for and why it has not come.
 
         The limit is in wall time on purpose: simulated time may run fast, stand still or jump back.

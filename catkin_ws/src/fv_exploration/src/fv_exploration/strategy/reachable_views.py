@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
-from fv_exploration.strategy.view_geometry import upright_poses
+from fv_exploration.view_geometry import upright_poses
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,8 @@ class ReachableViews:
         centre = self._capability.centres.mean(axis=0)
         reach = np.linalg.norm(self._capability.centres - centre, axis=1).max() + self._capability.radius
         centres_map = self._T_map_bases[:, :3, :3] @ centre + self._T_map_bases[:, :3, 3]
-        return (cdist(positions, centres_map) <= reach).any(axis=1)
+        within: NDArray[np.bool_] = (cdist(positions, centres_map) <= reach).any(axis=1)
+        return within
 
     def sample(self, count: int, random: np.random.Generator) -> tuple[Array, Array]:
         """Views drawn evenly from the valid sphere points and the base poses.
@@ -150,7 +151,8 @@ class DrawnViews:
 
     def within_reach(self, positions: Array) -> NDArray[np.bool_]:
         """Which of (N, 3) positions [m] of the map frame lie in the box."""
-        return ((positions >= self._low) & (positions <= self._high)).all(axis=1)
+        within: NDArray[np.bool_] = ((positions >= self._low) & (positions <= self._high)).all(axis=1)
+        return within
 
     def sample(self, count: int, random: np.random.Generator) -> tuple[Array, Array]:
         """Positions (count, 3) [m] and unit directions (count, 3), map frame."""

@@ -72,4 +72,5 @@ def spread_out(
 def are_alike(poses: Array, pose: Array, spread_m: float, spread_rad: float) -> NDArray[np.bool_]:
     """Which of (N, 4, 4) poses are as near to one pose as the spreads, in position and in viewing direction."""
     near = np.linalg.norm(poses[:, :3, 3] - pose[:3, 3], axis=1) <= spread_m
-    return near & (angles_between(poses[:, :3, 2], pose[:3, 2]) <= spread_rad)
+    alike: NDArray[np.bool_] = near & (angles_between(poses[:, :3, 2], pose[:3, 2]) <= spread_rad)
+    return alike
