@@ -1,5 +1,4 @@
 """The whole exploration without ROS: a flying camera in a box with a shelf, on the real map and evaluation."""
-# long: the behaviours of one loop, on the robot that they share
 
 import numpy as np
 import pytest

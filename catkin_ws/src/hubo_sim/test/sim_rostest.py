@@ -20,7 +20,7 @@ from fv_msgs import srv
 from fv_msgs.msg import Contacts
 from sensor_msgs.msg import JointState, PointCloud2
 from sim_helpers import ARM, BOX, PATIENCE_S, READY, arm_goal, call, pose_at, wait_until
-from std_srvs.srv import Empty, Trigger
+from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
 from hubo_sim.config import SimConfig
@@ -40,7 +40,7 @@ class SimTest(unittest.TestCase):
         )
         assert cls.arm.wait_for_server(rospy.Duration(60)), "no action server"
         rospy.wait_for_service("/hubo_sim/get_world_properties", PATIENCE_S)
-        cls.trigger = rospy.ServiceProxy("/camera/trigger", Trigger)
+        cls.trigger = rospy.ServiceProxy("/camera/trigger", srv.TakeScan)
 
     def setUp(self):
         call("unpause_physics", Empty)
@@ -69,7 +69,7 @@ class SimTest(unittest.TestCase):
         wait_until(lambda: clouds[0].header.stamp in states)
         for subscriber in (joints, cloud):
             subscriber.unregister()
-        self.assertAlmostEqual(float(answer.message), clouds[0].header.stamp.to_sec(), places=6)
+        self.assertEqual(answer.stamp, clouds[0].header.stamp)
         return clouds[0], states.get(clouds[0].header.stamp)
 
     def test_trajectory_is_executed_within_tolerance(self):

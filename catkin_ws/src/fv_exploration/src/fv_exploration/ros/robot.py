@@ -21,10 +21,10 @@ from fv_msgs.msg import (
     PlanMotionGoal,
     PlanMotionResult,
 )
+from fv_msgs.srv import TakeScan
 from numpy.typing import NDArray
 from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import Header
-from std_srvs.srv import Trigger
 
 from fv_common.transform_buffer import TransformBuffer
 from fv_exploration.explore_config import ExploreConfig
@@ -254,14 +254,14 @@ class RosRobot:
         service = self._config.scan.trigger_service
         try:
             rospy.wait_for_service(service, timeout=self._config.scan.timeout_s)
-            answer = rospy.ServiceProxy(service, Trigger)()
+            answer = rospy.ServiceProxy(service, TakeScan)()
         except (rospy.ROSException, rospy.ServiceException) as error:
             raise ExplorationError(f"no scan from {service}: {error}") from error
         if not answer.success:
             raise ExplorationError(f"no scan from {service}: {answer.message}")
-        taken_s = float(answer.message)
+        taken_s = answer.stamp.to_sec()
         return self._wait(
-            lambda: self._first_cloud(lambda stamp_s: abs(stamp_s - taken_s) < 1e-4),
+            lambda: self._first_cloud(lambda stamp_s: stamp_s == taken_s),
             lambda: f"the cloud of {taken_s:.3f} s: {self._no_cloud()}",
             self._config.scan.timeout_s,
         )

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import rospy
+from fv_msgs.srv import TakeScan, TakeScanResponse
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
-from std_srvs.srv import Trigger, TriggerResponse
 
 from hubo_sim.ros.conversions import camera_info_msg, cloud_msg, color_msg, depth_msg, header
 from hubo_sim.sensors.depth_camera import DepthCamera
@@ -32,7 +32,7 @@ class RosCamera:
 
     def open(self, request_scan: Callable[[RosCamera], str]) -> None:
         """Begin to listen; request_scan(camera) waits for a scan and returns its stamp, or raises RuntimeError."""
-        rospy.Service(self.trigger_name, Trigger, lambda _: self._on_trigger(request_scan))
+        rospy.Service(self.trigger_name, TakeScan, lambda _: self._on_trigger(request_scan))
 
     def is_due(self, now_s: float) -> bool:
         """Whether a free-running scan is due."""
@@ -54,8 +54,8 @@ class RosCamera:
         if self._color_pub.get_num_connections():
             self._color_pub.publish(color_msg(scan.rgba, head))
 
-    def _on_trigger(self, request_scan: Callable[[RosCamera], str]) -> TriggerResponse:
+    def _on_trigger(self, request_scan: Callable[[RosCamera], rospy.Time]) -> TakeScanResponse:
         try:
-            return TriggerResponse(True, request_scan(self))
+            return TakeScanResponse(success=True, stamp=request_scan(self))
         except RuntimeError as err:
-            return TriggerResponse(False, str(err))
+            return TakeScanResponse(success=False, message=str(err))

@@ -126,8 +126,8 @@ class SimNode:
         self.requests.ask(lambda: self._accept_steps(order))
         return order.done.result()
 
-    def request_scan(self, camera: RosCamera) -> str:
-        """Wait for a scan at rest; its stamp in seconds. Raises RuntimeError with the reason when it cannot be."""
+    def request_scan(self, camera: RosCamera) -> rospy.Time:
+        """Wait for a scan at rest; its stamp. Raises RuntimeError with the reason when it cannot be."""
         done: Future = Future()
         self.requests.post(lambda: self._scans.append(_TriggeredScan(camera, done, self.sim.steps)))
         return wait_for(done, 60.0)
@@ -217,7 +217,7 @@ class SimNode:
             for scan in self._scans:
                 if scan.done.set_running_or_notify_cancel():  # else nobody waits for it any more
                     self.sim.sleep_until(self._state.next_joints_ns)
-                    scan.done.set_result(f"{self._publish_scan(scan.camera).to_sec():.9f}")
+                    scan.done.set_result(self._publish_scan(scan.camera))
             self._scans = []
             return
         for scan in [scan for scan in self._scans if self._is_late(scan)]:
