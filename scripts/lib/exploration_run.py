@@ -18,10 +18,11 @@ import own_network
 from log_warnings import logged
 from nodes import ExplorationNodes
 from progress import Progress
-from ros_session import RosSession, SessionError
 from truth import compare_with_world
 
-from fv_exploration.run_folder import write_json, write_replacing
+from fv_common.files import write_whole
+from fv_common.ros_session import RosSession, SessionError
+from fv_exploration.run_folder import write_json
 
 ROOT = Path(__file__).resolve().parents[2]
 MIN_FREE_BYTES = 200 * 2**20
@@ -141,7 +142,7 @@ def write_readme(folder: Path) -> None:
         (folder / "screenshots").rmdir()  # when it is empty
     lines = [f"{name:16} {text}" for name, text in FILES.items() if (folder / name).exists()]
     text = "What is in this folder:\n\n" + "\n".join(lines) + "\n"
-    write_replacing(folder / "README.txt", lambda beside: beside.write_text(text))
+    write_whole(folder / "README.txt", text)
 
 
 def summary(record: dict[str, Any], folder: Path) -> str:

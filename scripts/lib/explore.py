@@ -15,7 +15,8 @@ from pathlib import Path
 import last_resort
 import own_network
 from interrupts import INTERRUPTED, interrupt_on_signals
-from ros_session import SessionError
+
+from fv_common.ros_session import SessionError
 
 SOURCES = Path(__file__).resolve().parents[2] / "catkin_ws" / "src"
 KINDS = "hubo_sim/src/hubo_sim/worlds/kinds/[!_]*.py"

@@ -16,17 +16,18 @@ from fv_msgs.msg import Box, Contacts, ExploreAction, ExploreGoal, ExploreResult
 from fv_msgs.srv import Screenshot
 from geometry_msgs.msg import Point
 from progress import Progress, bar
-from ros_session import RosSession, SessionError
 
 from capability_map import default_map_path
 from capability_map.robots import load_arm
+from fv_common.errors import ConfigError
+from fv_common.ros_session import RosSession, SessionError
+from fv_common.schema import from_mapping
+from fv_common.yaml_file import read_yaml
 from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.strategy import load_strategy
 from fv_robot_model.ik import make_ik_solver
 from hubo_description import RobotDescriptionError, load_robot
 from hubo_description.check import check_explorer
-from hubo_description.files import read_yaml_file
-from hubo_description.schema import from_mapping
 from hubo_sim.errors import SimError
 from hubo_sim.worlds import load_world
 
@@ -65,8 +66,8 @@ def read_config(arguments: argparse.Namespace) -> dict[str, Any]:
 def read_overlay(path: Path) -> dict[str, Any]:
     """A user's file of parameters; SessionError of one line when it cannot be read."""
     try:
-        overlay = read_yaml_file(path) or {}
-    except RobotDescriptionError as error:
+        overlay = read_yaml(path) or {}
+    except ConfigError as error:
         raise SessionError(f"--config {error}") from error
     if not isinstance(overlay, dict):
         raise SessionError(f"--config {path}: a mapping of parameters is needed, got {overlay!r:.60}")

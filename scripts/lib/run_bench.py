@@ -17,6 +17,8 @@ import last_resort
 import own_network
 from interrupts import interrupt_on_signals, leave
 
+from fv_common.files import write_whole
+
 SOURCES = Path(__file__).resolve().parents[2] / "catkin_ws" / "src" / "fv_bench" / "src"
 COLUMNS = (
     "bench",
@@ -101,9 +103,7 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
 
 
 def write_rows(path: Path, rows: list[dict[str, Any]]) -> None:
-    beside = path.with_name(path.name + ".part")
-    beside.write_text(json.dumps(rows, indent=1) + "\n")
-    beside.replace(path)
+    write_whole(path, json.dumps(rows, indent=1) + "\n")
 
 
 def measure(arguments: argparse.Namespace) -> int:

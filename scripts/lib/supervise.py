@@ -11,26 +11,21 @@ is told by the kernel when the one above it dies (PR_SET_PDEATHSIG), and the upp
 from __future__ import annotations
 
 import contextlib
-import ctypes
 import os
 import signal
 import sys
 import time
 from pathlib import Path
 
-PR_SET_PDEATHSIG = 1
-PR_SET_CHILD_SUBREAPER = 36
+import last_resort  # noqa: F401  finds fv_common, even beside an older build
+
+from fv_common.processes import PR_SET_CHILD_SUBREAPER, die_with_parent, prctl
+
 PASSED_ON = {signal.SIGINT, signal.SIGTERM, signal.SIGHUP}
 HEARD = PASSED_ON | {signal.SIGCHLD}
 ORDERLY_END_S = 120.0  # after it was asked to end, for results to be written
 TERMINATE_S = 3.0
 KEEPERS = 2
-
-
-def prctl(option: int, value: int) -> None:
-    """Set an attribute of this process; OSError when the kernel refuses."""
-    if ctypes.CDLL(None, use_errno=True).prctl(option, value, 0, 0, 0) != 0:
-        raise OSError(ctypes.get_errno(), "prctl")
 
 
 def descendants() -> list[int]:
@@ -98,7 +93,7 @@ def fork_below() -> int:
     parent = os.getpid()
     child = os.fork()
     if child == 0:
-        prctl(PR_SET_PDEATHSIG, signal.SIGTERM)
+        die_with_parent(signal.SIGTERM)
         if os.getppid() != parent:
             sys.exit(128 + signal.SIGKILL)  # it died before the line above
     return child

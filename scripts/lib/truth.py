@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from progress import Progress
 
-from fv_exploration.run_folder import COLUMNS, write_replacing
+from fv_common.files import write_replacing
+from fv_exploration.run_folder import COLUMNS
 from hubo_sim.ground_truth import ObservableRequest, ObservableSet, TrueWorld, observable_set, score_map
 from hubo_sim.robot_source import load_robot_spec
 from hubo_sim.worlds import World

@@ -3,7 +3,8 @@
 import exploration_run
 from log_warnings import logged
 from progress import Progress
-from ros_session import SessionError
+
+from fv_common.ros_session import SessionError
 
 LOG = """[ INFO] [1700000000.123456789]: planning
 \x1b[33m[ WARN] [1700000000.123456789, 12.500000000]: map not usable: sequence 0\x1b[0m

@@ -10,12 +10,11 @@ from fv_msgs.msg import AttachedObjects, ExploreGoal
 from genpy import DeserializationError
 from sensor_msgs.msg import PointCloud2
 
+from fv_common.schema import from_mapping
 from fv_exploration import MapConfig, OccupancyMap
 from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.ros.conversions import held_objects, points_from_cloud
 from fv_exploration.ros.explore_goal import configured, volume
-from hubo_description.errors import RobotDescriptionError
-from hubo_description.schema import from_mapping
 
 TURNED = np.array([[0.8, -0.6, 0.0, 1.0], [0.6, 0.8, 0.0, 2.0], [0.0, 0.0, 1.0, 3.0], [0.0, 0.0, 0.0, 1.0]])
 """Where the frame of the bounds is, when it is not the map frame."""
@@ -24,7 +23,7 @@ TURNED = np.array([[0.8, -0.6, 0.0, 1.0], [0.6, 0.8, 0.0, 2.0], [0.0, 0.0, 1.0, 
 def one_input(data: bytes) -> None:
     """Only errors that say what is wrong may come."""
     kind, rest = data[:1], data[1:]
-    with contextlib.suppress(ValueError, DeserializationError, RobotDescriptionError):
+    with contextlib.suppress(ValueError, DeserializationError):
         if kind == b"g":
             goal = message(ExploreGoal, rest)
             config = configured(goal, ExploreConfig())

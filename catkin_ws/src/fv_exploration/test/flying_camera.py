@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from fv_common.schema import from_mapping
 from fv_exploration import (
     EvaluationConfig,
     Evaluator,
@@ -19,7 +20,6 @@ from fv_exploration.robot import Plan, PlanStatus, Scan, ScanError
 from fv_exploration.strategy import load_strategy
 from fv_exploration.strategy.reachable_views import ReachableViews
 from fv_exploration.view_worth import ViewWorth
-from hubo_description.schema import from_mapping
 
 ROOM = (np.array([-1.0, -1.0, 0.0]), np.array([1.0, 1.0, 2.0]))
 SHELF = (np.array([0.5, -0.4, 0.0]), np.array([0.9, 0.4, 1.0]))

@@ -10,7 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from recorded import cloud
 
-from fv_exploration.cloud_layout import KINDS, CloudLayoutError, cloud_points
+from fv_common.cloud_layout import KINDS, cloud_points
+from fv_common.errors import MessageError
+from fv_exploration.returns import SENSIBLE_M
 
 POINTS = np.array([[1.0, -2.0, 3.5], [np.nan] * 3, [0.25, 0.0, -1.0], [7, 8, 9.5]])
 LETTERS = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
@@ -18,7 +20,7 @@ LETTERS = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4
 
 def read(message):
     warnings = []
-    return cloud_points(message, warnings.append), warnings
+    return cloud_points(message, warnings.append, SENSIBLE_M), warnings
 
 
 def unpacked(message):
@@ -134,6 +136,6 @@ def _field(message, index, **members):
 def test_clouds_whose_fields_or_sizes_do_not_fit_are_refused(spoil, text):
     message = cloud(POINTS)
     spoil(message)
-    with pytest.raises(CloudLayoutError, match=text) as error:
+    with pytest.raises(MessageError, match=text) as error:
         read(message)
     assert "\n" not in str(error.value)

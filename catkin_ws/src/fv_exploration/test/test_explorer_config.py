@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from fv_common.schema import from_mapping
 from fv_exploration.explore_config import ExploreConfig
-from hubo_description.schema import from_mapping
 
 SHIPPED = Path(__file__).parents[1] / "config" / "exploration.yaml"
 
@@ -29,7 +29,7 @@ def test_the_shipped_file_has_every_member_with_its_default():
         ({"scan": {"cloud_topic": ""}}, "scan: .*cloud_topic"),
         ({"motion": {"plan_budget_s": float("nan")}}, "motion: .*plan_budget_s"),
         ({"evaluation": {"min_fit": 0.0}}, "evaluation: .*min_fit"),
-        ({"motion": {"max_plans": 300}}, "motion: .*max_plans is 300; valid: 1 to 200"),
+        ({"motion": {"max_plans": 300}}, "motion: .*max_plans is 300; valid: a whole number, 1 to 200"),
         ({"policy": 3}, "policy"),
         ({"policy_parameters": [1]}, "policy_parameters"),
         ({"stop": 3}, "stop"),

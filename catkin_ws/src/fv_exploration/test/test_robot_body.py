@@ -8,8 +8,9 @@ from fv_msgs.msg import AttachedObject, AttachedObjects
 from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
 from scipy.spatial.transform import Rotation
 
+from fv_common.errors import MessageError
 from fv_exploration.robot_body import CarriedCamera, RobotBody, clearance_voxels
-from fv_exploration.ros.conversions import MessageError, held_objects
+from fv_exploration.ros.conversions import held_objects
 from fv_exploration.strategy.reachable_views import CameraFit, DrawnViews
 from fv_robot_model import LinkFilterConfig, SelfFilter, SelfFilterConfig
 from hubo_description import load_robot

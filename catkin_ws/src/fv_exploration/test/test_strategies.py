@@ -101,7 +101,7 @@ def test_what_is_no_strategy_is_refused_in_one_line(own_module, policy, said):
     [
         ("frontier_void", {"drawn": 3}, "unknown key 'drawn'; valid: none"),
         ("some_lab.views:Tuned", {"dawn": 3}, "unknown key 'dawn' (did you mean 'drawn'?)"),
-        ("some_lab.views:Tuned", {"drawn": 2.5}, "drawn: expected int, got 2.5"),
+        ("some_lab.views:Tuned", {"drawn": 2.5}, "drawn is 2.5; valid: a whole number"),
         ("some_lab.views:Tuned", {"near_m": -1.0}, "near_m is -1.0; valid: 0 or a number above"),
     ],
 )

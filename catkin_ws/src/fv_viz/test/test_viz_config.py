@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from fv_common.schema import from_mapping
 from fv_viz.config import ScreenshotConfig, VizConfig
-from hubo_description.schema import from_mapping
 
 FOLDER = Path(__file__).parent.parent / "config"
 

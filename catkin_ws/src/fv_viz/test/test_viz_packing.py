@@ -46,7 +46,7 @@ def test_packed_markers_travel_under_the_type_of_marker_arrays():
 def test_cloud_keeps_points_and_colours():
     points = np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
     msg = packing.cloud(Header(), points, np.array([1.0, 0.5, 0.0]))
-    data = np.frombuffer(msg.data, packing.CLOUD_DTYPE)
+    data = np.frombuffer(msg.data, [("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<u4")])
     assert (data["x"] == [1.0, 4.0]).all()
     assert (data["rgb"] == 0xFF7F00).all()
     assert (msg.width, msg.point_step, len(msg.data)) == (2, 16, 32)

@@ -5,7 +5,7 @@ import pytest
 import viz_synthetic
 from scipy.spatial.transform import Rotation
 
-from fv_viz.drawing import robot, shapes
+from fv_viz.drawing import robot
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -18,18 +18,6 @@ def test_a_planar_chain_stands_where_trigonometry_says(seed):
     np.testing.assert_allclose(
         poses["l2"][:3, :3], Rotation.from_euler("z", turned[2]).as_matrix(), atol=1e-12
     )
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_quaternions_turn_back_into_their_matrix(seed):
-    R = Rotation.random(random_state=seed).as_matrix()
-    np.testing.assert_allclose(shapes.rotations(robot.quaternion(R)[None])[0], R, atol=1e-12)
-
-
-def test_half_turns_have_quaternions():
-    for axis in np.eye(3):
-        R = Rotation.from_rotvec(np.pi * axis).as_matrix()
-        np.testing.assert_allclose(shapes.rotations(robot.quaternion(R)[None])[0], R, atol=1e-12)
 
 
 LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'

@@ -14,9 +14,7 @@ from fv_msgs import srv
 from geometry_msgs.msg import WrenchStamped
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2
-from sim_helpers import PATIENCE_S, arm_goal, call, collect
-
-from hubo_sim.ros.conversions import points_from_cloud
+from sim_helpers import PATIENCE_S, arm_goal, call, collect, points_of
 
 STEP_S = 1.0 / 240.0
 RATES = [
@@ -71,7 +69,7 @@ class SensorsTest(unittest.TestCase):
 
     def test_both_cameras_see_what_is_before_them(self):
         for topic, distance in (("/front", 1.5), ("/down", 1.0)):
-            points = points_from_cloud(collect(f"{topic}/depth/points", PointCloud2, 1)[0])
+            points = points_of(collect(f"{topic}/depth/points", PointCloud2, 1)[0])
             info = collect(f"{topic}/depth/camera_info", CameraInfo, 1)[0]
             self.assertEqual((points.shape[:2], info.width), ((60, 80), 80))
             self.assertAlmostEqual(float(np.nanmedian(points[..., 2])), distance, delta=2e-3)
@@ -84,7 +82,7 @@ class SensorsTest(unittest.TestCase):
         angles = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
         self.assertEqual(len(scan.ranges), 181)
         self.assertLess(np.abs(np.array(scan.ranges) - 2.0 / np.cos(angles)).max(), 2e-3)
-        points = points_from_cloud(collect("/points", PointCloud2, 1)[0])
+        points = points_of(collect("/points", PointCloud2, 1)[0])
         self.assertEqual(points.shape, (8, 60, 3))
         self.assertLess(np.abs(points[..., 0] - 2.0).max(), 3e-3)
 

@@ -3,16 +3,24 @@
 import threading
 import time
 
+import pytest
 import rospy
 from control_msgs.msg import FollowJointTrajectoryGoal
 from geometry_msgs.msg import Pose
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
+
+from fv_common.cloud_layout import cloud_points
 
 ARM = ["RSP", "RSR", "RSY", "REP", "RWY", "RWP"]
 READY = [-0.6, -0.2, 0.0, -1.7, 0.0, 0.73]
 INERTIAL = (
     '<inertial><mass value="1"/><inertia ixx="0.1" iyy="0.1" izz="0.1" ixy="0" ixz="0" iyz="0"/></inertial>'
 )
+
+
+def points_of(cloud):
+    """(H, W, 3) points of an organised cloud; a warning fails."""
+    return cloud_points(cloud, pytest.fail, (1e-6, 1e5)).reshape(cloud.height, cloud.width, 3)
 
 
 def model(geometry):

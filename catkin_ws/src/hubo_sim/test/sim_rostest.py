@@ -19,16 +19,15 @@ from control_msgs.srv import QueryTrajectoryState
 from fv_msgs import srv
 from fv_msgs.msg import Contacts
 from sensor_msgs.msg import JointState, PointCloud2
-from sim_helpers import ARM, BOX, PATIENCE_S, READY, arm_goal, call, pose_at, wait_until
+from sim_helpers import ARM, BOX, PATIENCE_S, READY, arm_goal, call, points_of, pose_at, wait_until
 from std_srvs.srv import Empty
 from tf2_msgs.msg import TFMessage
 
+from fv_common.transforms import apply
 from hubo_sim.config import SimConfig
 from hubo_sim.ground_truth import TrueWorld
 from hubo_sim.robot_source import load_robot_spec
-from hubo_sim.ros.conversions import points_from_cloud
 from hubo_sim.simulator import Simulator
-from hubo_sim.transforms import apply
 from hubo_sim.worlds import load_world
 
 
@@ -87,7 +86,7 @@ class SimTest(unittest.TestCase):
         sim = Simulator(spec, world, SimConfig(renderer="tiny", noise=False))
         sim.robot.set_positions(dict(zip(state.name, state.position, strict=True)))
         camera = sim.cameras["hand_camera"]
-        points = points_from_cloud(cloud).reshape(-1, 3)
+        points = points_of(cloud).reshape(-1, 3)
         points = points[np.isfinite(points).all(1)]
         self.assertGreater(len(points), 30000)
         distance = TrueWorld(world).distance_to_surface(apply(camera.pose(), points.astype(float)))

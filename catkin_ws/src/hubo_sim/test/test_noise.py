@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hubo_description.schema import from_mapping
+from fv_common.schema import from_mapping
 from hubo_sim.sensors.noise import DepthNoise, NoiseConfig
 from hubo_sim.sensors.render import Pinhole
 

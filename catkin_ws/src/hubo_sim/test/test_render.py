@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from fv_common.transforms import apply, look_at
 from hubo_sim.ground_truth.analytic import away_from_edges, box_depth
 from hubo_sim.robot_source import load_robot_spec
 from hubo_sim.sensors.render import Pinhole, take_picture
 from hubo_sim.sim_robot import SimRobot
-from hubo_sim.transforms import apply, look_at
 from hubo_sim.worlds import load_world, parse_object
 from hubo_sim.worlds.scene import Scene
 

@@ -5,6 +5,7 @@ import pickle
 import numpy as np
 import pytest
 
+from fv_common.transforms import from_rpy
 from hubo_description import list_robots
 from hubo_sim.config import SimConfig
 from hubo_sim.control.trajectory_goal import Code, TrajectoryGoal
@@ -13,7 +14,6 @@ from hubo_sim.robot_source import load_robot_spec
 from hubo_sim.robot_spec import RobotSpec
 from hubo_sim.sim_robot import SimRobot
 from hubo_sim.simulator import Simulator
-from hubo_sim.transforms import from_rpy
 from hubo_sim.worlds import load_world, parse_object
 from hubo_sim.worlds.models import urdf_for_bullet
 from hubo_sim.worlds.scene import Scene
@@ -302,7 +302,7 @@ def test_a_mesh_of_text_collides_and_is_seen(tmp_path):
     [
         ({"joints": ["NOPE"]}, "NOPE"),
         ({"gains": {}}, "gains"),
-        ({"gains": {"j": {"p": -1.0}}}, "p must"),
+        ({"gains": {"j": {"p": -1.0}}}, "controller c: gains: j: p is -1.0; valid: a number, 0 or more"),
         ({"gains": {"j": {"q": 1.0}}}, "q"),
         ({"type": "velocity_controllers/JointTrajectoryController", "state_publish_rate": 0.0}, None),
         ({"constraints": {"goal_tiem": 1}}, "goal_tiem"),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 import yaml
 
+from fv_common.errors import ConfigError
 from hubo_sim.commands import settle_world
 from hubo_sim.commands.sim_node import print_worlds
 from hubo_sim.config import SimConfig
@@ -195,5 +196,5 @@ def test_shipped_parameters_are_the_defaults():
 
 @pytest.mark.parametrize("bad", [{"seed": -1}, {"renderer": "gl"}, {"physics_rate_hz": 0.0}, {"noise": 1}])
 def test_bad_parameters_are_named(bad):
-    with pytest.raises(SimError, match=next(iter(bad))):
+    with pytest.raises(ConfigError, match=f"^{next(iter(bad))} is .*; valid: "):
         SimConfig(**bad)

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from documents import ROOT
-from ros_session import free_port
+
+from fv_common.ros_session import free_port
 
 READY_S = 60.0
 END_S = 30.0

@@ -15,6 +15,7 @@ from capability_map.errors import CapabilityMapError
 from capability_map.parameters import BuildParameters
 from capability_map.paths import default_map_path
 from fv_common.command import Parser
+from fv_common.errors import told_as
 
 MOST_WORKERS = 512
 
@@ -82,6 +83,7 @@ def _build_arguments(arguments: list[str]) -> argparse.Namespace:
     return options
 
 
+@told_as(CapabilityMapError)
 def _parameters(options: argparse.Namespace, fine: bool = False) -> BuildParameters:
     """Return the settings: defaults or the YAML file, then the arguments. `fine` ignores --coarse."""
     base = BuildParameters.from_yaml(options.config) if options.config else BuildParameters()

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from pathlib import Path
+from typing import Annotated
 
 from capability_map.errors import CapabilityMapError
-from hubo_description import RobotDescriptionError
-from hubo_description.schema import from_mapping, read_yaml
+from fv_common.errors import ConfigError, told_as
+from fv_common.schema import (
+    AtLeastOne,
+    Config,
+    NotNegative,
+    Positive,
+    Range,
+    Vector3,
+    from_mapping,
+    read_mapping,
+)
 
 
 @dataclasses.dataclass(frozen=True)
-class BuildParameters:
+class BuildParameters(Config):
     """Settings of a build; `config/build.yaml` holds the same names with their defaults.
 
     :param radius_m: sphere radius [m]; None: the arm's length divided by `radii_per_arm_length`.
@@ -34,68 +43,37 @@ class BuildParameters:
     :param max_memory_mb: refuse maps that would need more memory while building [MB].
     """
 
-    radius_m: float | None = None
-    radii_per_arm_length: float = 30.0
-    points: int = 200
-    roll_step_deg: float = 5.0
+    radius_m: Annotated[float | None, Range(above=0)] = None
+    radii_per_arm_length: Positive = 30.0
+    points: Annotated[int, Range(12, 10_000)] = 200
+    roll_step_deg: Positive = 5.0
     roll_search: bool = True
-    arm_angle_step_deg: float = 5.0
-    direction_tolerance_deg: float | None = None
+    arm_angle_step_deg: Positive = 5.0
+    direction_tolerance_deg: Annotated[float | None, Range(0, below=90)] = None
     self_collision: bool = True
-    self_collision_padding_m: float = 0.0
+    self_collision_padding_m: NotNegative = 0.0
     symmetry: bool = True
-    box_min_m: tuple[float, float, float] | None = None
-    box_max_m: tuple[float, float, float] | None = None
-    max_cells: int = 2_000_000
-    max_memory_mb: float = 2000.0
+    box_min_m: Vector3 | None = None
+    box_max_m: Vector3 | None = None
+    max_cells: AtLeastOne = 2_000_000
+    max_memory_mb: Positive = 2000.0
 
     def __post_init__(self) -> None:
-        """Check every value; raise CapabilityMapError naming the bad one."""
-        for name in (
-            "radius_m",
-            "radii_per_arm_length",
-            "roll_step_deg",
-            "arm_angle_step_deg",
-            "max_memory_mb",
-        ):
-            value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0.0):
-                raise CapabilityMapError(f"{name} must be a positive number, not {value}")
-        if self.direction_tolerance_deg is not None and not 0.0 <= self.direction_tolerance_deg < 90.0:
-            raise CapabilityMapError(
-                f"direction_tolerance_deg must be in [0, 90), not {self.direction_tolerance_deg}"
-            )
-        if not (math.isfinite(self.self_collision_padding_m) and self.self_collision_padding_m >= 0.0):
-            raise CapabilityMapError(
-                f"self_collision_padding_m must be 0 or more, not {self.self_collision_padding_m}"
-            )
-        if not 12 <= self.points <= 10_000:
-            raise CapabilityMapError(f"points must be between 12 and 10000, not {self.points}")
-        if self.max_cells < 1:
-            raise CapabilityMapError(f"max_cells must be at least 1, not {self.max_cells}")
-        self._check_box()
-
-    def _check_box(self) -> None:
-        if (self.box_min_m is None) != (self.box_max_m is None):
-            raise CapabilityMapError("box_min_m and box_max_m belong together: give both or neither")
-        if self.box_min_m is None:
-            return
-        for low, high in zip(self.box_min_m, self.box_max_m, strict=True):
-            if not (math.isfinite(low) and math.isfinite(high) and low < high):
-                raise CapabilityMapError(f"empty box: box_min_m {self.box_min_m}, box_max_m {self.box_max_m}")
+        super().__post_init__()
+        low, high = self.box_min_m, self.box_max_m
+        if (low is None) != (high is None):
+            raise ConfigError("box_min_m and box_max_m belong together: give both or neither")
+        if low and high and not all(a < b for a, b in zip(low, high, strict=True)):
+            raise ConfigError(f"empty box: box_min_m {low}, box_max_m {high}")
 
     @classmethod
+    @told_as(CapabilityMapError)
     def from_mapping(cls, values: object, where: str = "build parameters") -> BuildParameters:
         """Build from a mapping such as a YAML file's; an unknown key is an error that lists the valid ones."""
-        try:
-            return from_mapping(cls, values, where)
-        except RobotDescriptionError as err:
-            raise CapabilityMapError(str(err)) from err
+        return from_mapping(cls, values, where)
 
     @classmethod
+    @told_as(CapabilityMapError)
     def from_yaml(cls, path: Path) -> BuildParameters:
         """Read a YAML file of the form of `config/build.yaml`."""
-        try:
-            return cls.from_mapping(read_yaml(path), str(path))
-        except RobotDescriptionError as err:
-            raise CapabilityMapError(str(err)) from err
+        return cls.from_mapping(read_mapping(path), str(path))

@@ -7,12 +7,10 @@ README.md lists the schema.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import io
 import json
 import math
-import os
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -21,6 +19,7 @@ import numpy as np
 
 from capability_map.errors import CapabilityMapError
 from capability_map.shapes import RULES
+from fv_common.files import write_whole
 
 SCHEMA_VERSION = 2
 DEFAULT_THRESHOLD = 0.4  # of a map that nobody calibrated
@@ -88,14 +87,10 @@ def save(path: Path, data: MapData) -> None:
         _write(file, data)
     content = image.getvalue()
     line = _MAGIC + hashlib.sha256(content[_BLOCK:]).hexdigest().encode() + b"\n"
-    partial = path.with_name(path.name + f".{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        partial.write_bytes(line.ljust(_BLOCK, b"\0") + content[_BLOCK:])
-        partial.replace(path)
+        write_whole(path, line.ljust(_BLOCK, b"\0") + content[_BLOCK:])
     except OSError as err:
-        with contextlib.suppress(OSError):
-            partial.unlink(missing_ok=True)
         raise CapabilityMapError(f"cannot write {path}: {err}") from err
 
 

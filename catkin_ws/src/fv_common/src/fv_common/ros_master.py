@@ -7,6 +7,7 @@ import sys
 import time
 import urllib.parse
 import xmlrpc.client
+from typing import Any
 
 import rosgraph
 
@@ -19,7 +20,7 @@ POLL_S = 0.2
 class _Impatient(xmlrpc.client.Transport):
     """What listens on the port but never answers is no master."""
 
-    def make_connection(self, host):
+    def make_connection(self, host: Any) -> http.client.HTTPConnection:
         connection = super().make_connection(host)
         connection.timeout = ANSWER_S
         return connection
@@ -30,7 +31,7 @@ def master_uri() -> str:
 
     :raises UserError: it is no address of a master.
     """
-    uri = rosgraph.get_master_uri()
+    uri = str(rosgraph.get_master_uri())
     try:
         parts = urllib.parse.urlsplit(uri)
         good = parts.scheme == "http" and parts.hostname and parts.port
@@ -41,12 +42,19 @@ def master_uri() -> str:
     return uri
 
 
+def master_pid() -> int:
+    """Process id of the ROS master that answers at ROS_MASTER_URI, 0 when none does. Errors as master_uri()."""
+    master: Any = xmlrpc.client.ServerProxy(master_uri(), _Impatient())
+    try:
+        code, _, pid = master.getPid("/fv_common")
+        return int(pid) if code == 1 else 0
+    except (OSError, xmlrpc.client.Error, http.client.HTTPException, ValueError, LookupError, TypeError):
+        return 0
+
+
 def master_answers() -> bool:
     """Whether a ROS master answers at ROS_MASTER_URI. Errors as master_uri()."""
-    try:
-        return xmlrpc.client.ServerProxy(master_uri(), _Impatient()).getPid("/fv_common")[0] == 1
-    except (OSError, xmlrpc.client.Error, http.client.HTTPException, ValueError, LookupError, TypeError):
-        return False
+    return master_pid() != 0
 
 
 def require_master() -> None:

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from fv_exploration._core import FARTHEST_RETURN_M, NEAREST_RETURN_M, ScanConfig
 
+SENSIBLE_M = (NEAREST_RETURN_M, FARTHEST_RETURN_M)
+"""Between which two magnitudes a coordinate lies that a sensor gives, unless it is 0."""
+
 MILLIMETRES = (300.0, 20_000.0)
 """Where the middle of a depth camera's or a room scanner's ranges lies when they are in millimetres."""
 

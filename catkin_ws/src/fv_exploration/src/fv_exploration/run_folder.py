@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import csv
 import json
-import os
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
+from fv_common.files import write_replacing, write_whole
 from fv_exploration import Evaluation, OccupancyMap
 from fv_exploration.known_since import KnownSince
 
@@ -27,19 +27,9 @@ share is an upper bound. ``contacts``: physics steps with a contact since the ro
 """
 
 
-def write_replacing(path: Path, write: Callable[[Path], object]) -> None:
-    """Let ``write`` fill a file beside ``path`` and rename it when it is complete."""
-    beside = path.with_name(f".{path.name}.part{path.suffix}")
-    try:
-        write(beside)
-        os.replace(beside, path)
-    finally:
-        beside.unlink(missing_ok=True)
-
-
 def write_json(path: Path, content: object) -> None:
     """Write JSON, replacing the file as a whole."""
-    write_replacing(path, lambda beside: beside.write_text(json.dumps(content, indent=2) + "\n"))
+    write_whole(path, json.dumps(content, indent=2) + "\n")
 
 
 class RunFolder:

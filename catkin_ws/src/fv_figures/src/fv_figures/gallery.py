@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 from pathlib import Path
 
-from fv_viz.report.commands import write as write_whole
+from fv_common.files import write_whole
 from fv_viz.report.markup import page
 
 

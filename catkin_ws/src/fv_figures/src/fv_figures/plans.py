@@ -11,9 +11,10 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import Header
 from tf2_msgs.msg import TFMessage
 
+from fv_common.conversions import pose_from_matrix
 from fv_figures import sources
 from fv_figures.stage import FRAME, PATIENCE_S, Stage
-from fv_viz.drawing.robot import RobotShapes, pose_message
+from fv_viz.drawing.robot import RobotShapes
 
 GOAL = "home"  # named pose that the plan ends in
 
@@ -21,7 +22,7 @@ GOAL = "home"  # named pose that the plan ends in
 def bring_robot(stage: Stage, robot: str) -> dict[str, float]:
     """Upload the robot, place it in the world and show its start pose; returns its joint positions."""
     positions = sources.start_positions(robot)
-    code = stage.run("hubo_description", "upload_robot", "--robot", robot).wait()
+    code = stage.run("hubo_description", "upload_robot", "--robot", robot).process.wait()
     if code != 0:
         raise sources.NoData(f"upload_robot ended with code {code}")
     place = TransformStamped(
@@ -90,7 +91,7 @@ def _tips(trajectory, positions: dict[str, float]) -> list[Pose]:
     model = RobotShapes(rospy.get_param("/robot_description"))
     frame, names = camera_frame(), trajectory.joint_names
     states = [{**positions, **dict(zip(names, p.positions, strict=True))} for p in trajectory.points[::5]]
-    return [pose_message(model.link_poses(state)[frame]) for state in states]
+    return [pose_from_matrix(model.link_poses(state)[frame]) for state in states]
 
 
 def _lifted(pose: Pose, height: float) -> Pose:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import tempfile
 import time
 from collections.abc import Callable
@@ -18,11 +17,11 @@ from std_msgs.msg import Header, String
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
+from fv_common.ros_session import Node, RosSession
 from fv_viz.config import ScreenshotConfig
 from fv_viz.drawing import packing, shapes
 from fv_viz.offscreen.camera import Camera
 from fv_viz.presence import State
-from fv_viz.session import Session
 
 FRAME = Header(frame_id="world")
 PATIENCE_S = 120.0  # for a node to do what it was told: only a node that is dead needs as long
@@ -39,7 +38,7 @@ class Stage:
 
     def __init__(self, width: int = 960, height: int = 720) -> None:
         self._size = width, height
-        self._session = Session(verbose="FV_FIGURES_VERBOSE" in os.environ)
+        self._session = RosSession(verbose="FV_FIGURES_VERBOSE" in os.environ)
         self._publishers: dict[str, rospy.Publisher] = {}
         self._folder = tempfile.TemporaryDirectory()
         self._sequence, self._state = 0, State()
@@ -68,7 +67,7 @@ class Stage:
         """Width over height of its pictures."""
         return self._size[0] / self._size[1]
 
-    def run(self, package: str, program: str, *arguments: str) -> subprocess.Popen:
+    def run(self, package: str, program: str, *arguments: str) -> Node:
         """Start a node of this stage."""
         return self._session.rosrun(package, program, *arguments)
 

@@ -7,20 +7,20 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
-import rosgraph
 import rospkg
 import rospy
 from std_msgs.msg import String
 
 from fv_common.command import Parser
+from fv_common.processes import die_with_parent
 from fv_common.ros_master import require_master
-from fv_viz.session import Session
+from fv_common.ros_session import RosSession
 
 DESCRIPTION = "/fv_viz/robot_description"  # carries the parameter of that name, which no bag would hold
 BAG = "recording.bag"
+LISTENER_S = 120.0
 TOPICS = (
     "/tf",
     "/tf_static",
@@ -80,7 +80,7 @@ def replay_main(arguments: list[str] | None = None) -> int:
     bag = options.bag / BAG if options.bag.is_dir() else options.bag
     try:
         description = description_of(bag)
-        with Session(verbose=False) as session:
+        with RosSession() as session:
             return _play(session, bag, description, options)
     except (OSError, RuntimeError, ValueError) as error:
         return _failed(error)
@@ -109,7 +109,7 @@ def description_of(bag: Path) -> str:
     return ""
 
 
-def _play(session: Session, bag: Path, description: str, options: argparse.Namespace) -> int:
+def _play(session: RosSession, bag: Path, description: str, options: argparse.Namespace) -> int:
     rospy.set_param("/use_sim_time", True)
     if description:
         rospy.set_param("/robot_description", description)
@@ -121,22 +121,15 @@ def _play(session: Session, bag: Path, description: str, options: argparse.Names
     elif not options.no_rviz:
         print("no DISPLAY: playing without RViz", file=sys.stderr)
     print(f"playing {bag}; ROS_MASTER_URI={os.environ['ROS_MASTER_URI']}", flush=True)
-    _wait_for_listener("/fv_exploration/evaluation")
-    command = ("rosbag", "play", "--quiet", "--clock", "--rate", str(options.rate), str(bag))
-    code = session.rosrun(*command).wait()
+    topic = "/fv_exploration/evaluation"
+    session.wait_until(lambda: session.has_subscriber(topic), f"somebody who listens to {topic}", LISTENER_S)
+    command = ["rosrun", "rosbag", "play", "--quiet", "--clock", "--rate", str(options.rate), str(bag)]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    code = subprocess.call(command, preexec_fn=die_with_parent, **quiet)  # not a node: it takes keys to pause
     if rviz is not None and code == 0:
         print("the recording is over; close RViz to end")
-        rviz.wait()
+        rviz.process.wait()
     return code
-
-
-def _wait_for_listener(topic: str, timeout_s: float = 120.0) -> None:
-    """Wait until a node listens to a topic; raises RuntimeError when none does."""
-    master, deadline = rosgraph.Master("/fv_replay"), time.monotonic() + timeout_s
-    while not any(name == topic for name, _ in master.getSystemState()[1]):
-        if time.monotonic() > deadline:
-            raise RuntimeError(f"nobody listens to {topic} within {timeout_s:g} s")
-        time.sleep(0.1)
 
 
 def mcap_main(arguments: list[str] | None = None) -> int:

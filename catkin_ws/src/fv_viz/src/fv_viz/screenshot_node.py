@@ -18,11 +18,11 @@ from PIL import Image as Picture
 from std_msgs.msg import String
 
 from fv_common.ros_master import wait_for_master
+from fv_common.schema import from_mapping
 from fv_viz.config import ScreenshotConfig, VizConfig
 from fv_viz.drawing import decisions, framing, legend
 from fv_viz.offscreen.camera import Camera
 from fv_viz.presence import State
-from hubo_description.schema import from_mapping
 
 
 class ScreenshotNode:

@@ -17,12 +17,12 @@ from std_msgs.msg import Header, String
 from visualization_msgs.msg import MarkerArray
 
 from fv_common.ros_master import wait_for_master
+from fv_common.schema import from_mapping
 from fv_viz import presence
 from fv_viz.config import VizConfig
 from fv_viz.drawing import decisions, legend, packing, shapes
 from fv_viz.drawing.evaluation import EvaluationDrawing
 from fv_viz.drawing.robot import RobotShapes
-from hubo_description.schema import from_mapping
 
 EVALUATION_LAYERS = (
     "occupied",

@@ -4,45 +4,31 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass, field
+from typing import Annotated
 
+from fv_common.schema import Config, Range, Vector3, from_mapping, reject_unknown, require_mapping
 from fv_robot_model import RobotModel
 from hubo_description.errors import RobotDescriptionError
-from hubo_description.schema import from_mapping, reject_unknown, require_mapping
 
-Vector3 = tuple[float, float, float]
-
-LARGEST_CLEARANCE_M = 20.0
-
-
-def _require_clearance(name: str, *lengths_m: float) -> None:
-    """ValueError for what cannot be meant: nobody vouches for halls."""
-    if min(lengths_m) <= 0.0 or max(lengths_m) > LARGEST_CLEARANCE_M:
-        got = list(lengths_m) if len(lengths_m) > 1 else lengths_m[0]
-        raise ValueError(f"{name} must be positive and at most {LARGEST_CLEARANCE_M:g} m, got {got}")
+Edge = Annotated[float, Range(above=0, high=20)]  # [m] of a clearance: nobody vouches for halls
 
 
 @dataclass(frozen=True)
-class ClearanceBox:
+class ClearanceBox(Config):
     """A box, parallel to the axes of its frame, that the operator vouches for as free."""
 
     frame: str  # a link
     center_m: Vector3
-    size_m: Vector3  # full edge lengths
-
-    def __post_init__(self) -> None:
-        _require_clearance("size_m", *self.size_m)
+    size_m: tuple[Edge, Edge, Edge]  # full edge lengths
 
 
 @dataclass(frozen=True)
-class ClearanceSphere:
+class ClearanceSphere(Config):
     """A sphere that the operator vouches for as free."""
 
     frame: str  # a link
     center_m: Vector3
-    radius_m: float
-
-    def __post_init__(self) -> None:
-        _require_clearance("radius_m", self.radius_m)
+    radius_m: Edge
 
 
 @dataclass(frozen=True)
@@ -89,23 +75,13 @@ class RobotConfig:
 
 
 @dataclass(frozen=True)
-class JointLimit:
+class JointLimit(Config):
     """Limits of one joint that planning obeys: rad/s and rad/s^2 (m/s and m/s^2 where prismatic)."""
 
     has_velocity_limits: bool
-    max_velocity: float
+    max_velocity: Annotated[float, Range(above=0, high=50, unit="rad/s or m/s")]
     has_acceleration_limits: bool
-    max_acceleration: float
-
-    def __post_init__(self) -> None:
-        for name, most in (
-            ("max_velocity", 50.0),
-            ("max_acceleration", 1000.0),
-        ):  # more: degrees, millimetres
-            if not 0.0 < getattr(self, name) <= most:
-                raise ValueError(
-                    f"{name} must be positive and at most {most:g} (radians or metres), got {getattr(self, name)}"
-                )
+    max_acceleration: Annotated[float, Range(above=0, high=1000, unit="rad/s^2 or m/s^2")]
 
     def narrowed(self, mimic: JointLimit, rate: float) -> JointLimit:
         """Return these limits such that a joint that moves ``rate`` times as fast keeps its own as well."""

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
-
+from fv_common.schema import Range, number, reject_unknown, require_mapping, require_ros_name
 from fv_robot_model import RobotModel
 from hubo_description.errors import RobotDescriptionError
-from hubo_description.schema import reject_unknown, require_mapping, require_ros_name
 
 JOINT_STATE = "joint_state_controller/JointStateController"
 POSITION = "position_controllers/JointTrajectoryController"
@@ -44,7 +42,7 @@ def _check_controller(entry: dict, model: RobotModel, where: str) -> None:
         raise RobotDescriptionError(f"{where}: unknown type {kind!r}; valid types: {', '.join(KEYS)}")
     reject_unknown(entry, KEYS[kind], where)
     if kind == JOINT_STATE:
-        _positive(entry.get("publish_rate"), f"{where}: publish_rate")
+        number(entry.get("publish_rate"), f"{where}: publish_rate", Range(above=0))
         return
     own = entry.get("joints")
     if not isinstance(own, list) or not own:
@@ -75,10 +73,10 @@ def _check_constraints(data: object, joints: list[str], where: str) -> None:
             reject_unknown(
                 require_mapping(value, f"{where}: {key}"), ["trajectory", "goal"], f"{where}: {key}"
             )
-            for name, number in value.items():
-                _positive(number, f"{where}: {key}: {name}", zero=True)
+            for name, tolerance in value.items():
+                number(tolerance, f"{where}: {key}: {name}", Range(0))
         else:
-            _positive(value, f"{where}: {key}", zero=True)
+            number(value, f"{where}: {key}", Range(0))
 
 
 def _check_gains(data: object, joints: list[str], where: str) -> None:
@@ -88,7 +86,7 @@ def _check_gains(data: object, joints: list[str], where: str) -> None:
         gains = require_mapping(mapping.get(joint), f"{where}: {joint}")
         reject_unknown(gains, GAINS, f"{where}: {joint}")
         for key, value in gains.items():
-            _positive(value, f"{where}: {joint}: {key}", zero=True)
+            number(value, f"{where}: {joint}: {key}", Range(0))
 
 
 def _check_listed(entry: dict, namespace: str, controllers: dict, where: str) -> None:
@@ -101,12 +99,4 @@ def _check_listed(entry: dict, namespace: str, controllers: dict, where: str) ->
     if entry.get("joints") != own:
         raise RobotDescriptionError(
             f"{where}: joints {entry.get('joints')} differ from the controller's {own}"
-        )
-
-
-def _positive(value: object, where: str, zero: bool = False) -> None:
-    number = isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
-    if not number or value < 0.0 or (value == 0.0 and not zero):
-        raise RobotDescriptionError(
-            f"{where}: expected a {'non-negative' if zero else 'positive'} number, got {value!r}"
         )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from fv_common.command import Parser
+from fv_common.files import write_whole
 from fv_robot_model import RobotModel
 from hubo_description.collision import SelfCollision
 from hubo_description.errors import RobotDescriptionError
@@ -186,9 +186,7 @@ def write_pairs(path: Path, reasons: dict[Pair, str]) -> None:
         head, rest = _marked(path.read_text(encoding="utf-8")).split(BEGIN)
         _, tail = rest.split(END)
         body = "".join(line.format(*pair, reason) for pair, reason in reasons.items())
-        beside = path.with_name(f".{path.name}.new")
-        beside.write_text(f"{head}{BEGIN}\n{body}  {END}{tail}", encoding="utf-8")
-        os.replace(beside, path)
+        write_whole(path, f"{head}{BEGIN}\n{body}  {END}{tail}")
     except ValueError as err:
         raise RobotDescriptionError(f"{path}: needs each of these lines once: {BEGIN} {END}") from err
     except OSError as err:

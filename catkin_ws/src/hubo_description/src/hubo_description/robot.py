@@ -6,12 +6,13 @@ import functools
 from dataclasses import dataclass
 from pathlib import Path
 
+from fv_common.errors import told_as
+from fv_common.schema import from_mapping, read_mapping
 from fv_robot_model import Group, RobotModel, package_file
 from hubo_description.config import JointLimit, RobotConfig, parse_joint_limits
 from hubo_description.controllers import check_controllers
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.files import read_xml
-from hubo_description.schema import from_mapping, read_yaml
 from hubo_description.sensors import DepthCamera, ForceTorque, Sensor, parse_sensors
 from hubo_description.urdf import load_urdf
 
@@ -91,6 +92,7 @@ def list_robots() -> list[str]:
     return sorted(path.parent.name for path in robots_folder().glob("*/robot.yaml"))
 
 
+@told_as(RobotDescriptionError)
 def load_robot(name_or_folder: str | Path) -> Robot:
     """Load a robot by its name, or from a folder of the same form.
 
@@ -98,7 +100,7 @@ def load_robot(name_or_folder: str | Path) -> Robot:
         does not fit the others.
     """
     folder = _find_folder(name_or_folder)
-    documents = {stem: read_yaml(folder / f"{stem}.yaml") for stem in ("robot", "joint_limits", "sensors")}
+    documents = {stem: read_mapping(folder / f"{stem}.yaml") for stem in ("robot", "joint_limits", "sensors")}
     robot = _assemble(
         folder, documents, from_mapping(RobotConfig, documents["robot"], f"{folder}/robot.yaml")
     )
@@ -126,7 +128,7 @@ def _assemble(folder: Path, documents: dict[str, dict], config: RobotConfig) -> 
         urdf_xml=urdf_xml,
         srdf_xml=srdf_xml,
         model=model,
-        controllers=read_yaml(folder / "controllers.yaml"),
+        controllers=read_mapping(folder / "controllers.yaml"),
         joint_limits=limits,
         sensors=parse_sensors(documents["sensors"], f"{folder}/sensors.yaml"),
         documents=documents,

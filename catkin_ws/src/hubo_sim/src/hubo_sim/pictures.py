@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hubo_sim.files import write_whole
+from fv_common.files import write_whole
+from fv_common.transforms import look_at
 from hubo_sim.robot_spec import RobotSpec
 from hubo_sim.sensors.render import Pinhole, take_picture
 from hubo_sim.sim_robot import SimRobot
-from hubo_sim.transforms import look_at
 from hubo_sim.worlds import ViewPoint, World
 from hubo_sim.worlds.scene import Scene
 

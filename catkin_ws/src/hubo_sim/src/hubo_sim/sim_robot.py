@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from fv_common.native_output import native_output_hidden
+from fv_common.transforms import quaternion_of, transform
 from fv_robot_model import RobotModel
 from hubo_description.bullet_urdf import urdf_for_bullet
 from hubo_sim.bullet import BulletClient, pybullet
 from hubo_sim.errors import SimError
 from hubo_sim.robot_spec import RobotSpec
-from hubo_sim.transforms import quaternion_of, transform
 from hubo_sim.worlds.scene import Scene, place_root, root_pose
 
 # Bullet's motor gains of position joints: with the velocity fed forward these follow a trajectory closely

@@ -8,7 +8,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 import hubo_description.sensors as description
-from hubo_sim.config import SimConfig, from_mapping
+from fv_common.errors import told_as
+from fv_common.schema import from_mapping
+from hubo_sim.config import SimConfig
 from hubo_sim.control.drives import EffortDrive, PositionDrive, make_drive
 from hubo_sim.control.trajectory_controller import TYPES, ControllerConfig, TrajectoryController
 from hubo_sim.errors import SimError
@@ -150,8 +152,9 @@ class Simulator:
         self.contacts = ContactLog()
         self._rest_steps = 0
 
+    @told_as(SimError)
     def _add_controller(self, name: str, content: dict) -> None:
-        config: ControllerConfig = from_mapping(ControllerConfig, content, f"controller {name}")
+        config = from_mapping(ControllerConfig, content, f"controller {name}")
         rows = self.robot.joint_rows(config.joints)
         for other, taken in self.controllers.items():
             shared = [joint for joint in config.joints if joint in taken.names]

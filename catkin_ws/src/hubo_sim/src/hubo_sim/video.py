@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from fv_common.files import write_whole
 from hubo_sim.errors import SimError
-from hubo_sim.files import write_whole
 
 _LARGEST_GIF = 300  # frames; a longer run is shown in larger steps of time
 

@@ -23,6 +23,7 @@ from capability_map.building.symmetry import Decided, spread
 from capability_map.capability_map import CapabilityMap
 from capability_map.errors import CapabilityMapError
 from capability_map.shapes import fit_all
+from fv_common.files import write_whole
 
 CELLS_PER_CHUNK = 64
 CALIBRATION_VIEWS = 60_000
@@ -137,12 +138,11 @@ def _resume(plan: BuildPlan, parts: Path) -> set[int]:
 def _save_part(parts: Path, number: int, batch: dict) -> None:
     buffer = io.BytesIO()
     np.savez(buffer, **batch)
-    partial = parts / f"{number}.part"
+    path = parts / f"{number}.npz"
     try:
-        partial.write_bytes(buffer.getvalue())
-        partial.replace(parts / f"{number}.npz")
+        write_whole(path, buffer.getvalue())
     except OSError as err:
-        raise CapabilityMapError(f"cannot write {partial}: {err}") from err
+        raise CapabilityMapError(f"cannot write {path}: {err}") from err
 
 
 def _load_part(parts: Path, number: int) -> dict:

@@ -16,12 +16,8 @@ from capability_map.capability_map import CapabilityMap
 from capability_map.drawing import geometry
 from capability_map.errors import CapabilityMapError
 from capability_map.paths import default_map_path
-from capability_map.ros.conversions import (
-    image_from_pixels,
-    marker_from_points,
-    matrices_from_poses,
-    matrix_from_transform,
-)
+from capability_map.ros.markers import marker_from_points
+from fv_common.conversions import image_msg, matrices_from_poses, matrix_from_transform
 from fv_common.ros_master import missing_parameter, wait_for_master
 from fv_common.transform_buffer import TransformBuffer
 
@@ -84,7 +80,7 @@ class CapabilityNode:
             publisher.publish(MarkerArray(markers=markers))
             publishers.append(publisher)
         legend = rospy.Publisher("~legend", Image, queue_size=1, latch=True)
-        legend.publish(image_from_pixels(geometry.index_legend(float(self._map.index().max(initial=0.0)))))
+        legend.publish(image_msg(geometry.index_legend(float(self._map.index().max(initial=0.0))), Header()))
         return [*publishers, legend]
 
 

@@ -9,8 +9,6 @@ import dataclasses
 import json
 import os
 import queue
-import socket
-import subprocess
 import sys
 import threading
 import time
@@ -18,7 +16,6 @@ from collections.abc import Callable
 
 import actionlib
 import numpy as np
-import rosgraph
 import rospy
 from actionlib_msgs.msg import GoalStatus
 from control_msgs.msg import (
@@ -29,6 +26,7 @@ from control_msgs.msg import (
 )
 from trajectory_msgs.msg import JointTrajectoryPoint
 
+from fv_common.ros_session import RosSession
 from hubo_description import load_robot
 from hubo_description.upload import upload
 from hubo_sim.config import SimConfig
@@ -240,18 +238,6 @@ def _resident_mb() -> float:
         return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
-def _start_master() -> subprocess.Popen:
-    with socket.socket() as probe:
-        probe.bind(("localhost", 0))
-        port = probe.getsockname()[1]
-    os.environ["ROS_MASTER_URI"] = f"http://localhost:{port}"
-    os.environ["ROS_HOSTNAME"] = "localhost"
-    process = subprocess.Popen(["rosmaster", "--core", "-p", str(port)], stdout=subprocess.DEVNULL)
-    while not rosgraph.is_master_online():
-        time.sleep(0.05)
-    return process
-
-
 def measure(kind: str, count: int) -> dict:
     """Run a session; the node owns this thread, the client another one."""
     upload(load_robot("hubo"))
@@ -281,12 +267,8 @@ def measure(kind: str, count: int) -> dict:
 
 def main() -> None:
     """Print the measurements."""
-    master = _start_master()
-    try:
+    with RosSession():
         print(json.dumps(measure(sys.argv[1], int(sys.argv[2]))), flush=True)
-    finally:
-        master.terminate()
-        master.wait()
 
 
 if __name__ == "__main__":

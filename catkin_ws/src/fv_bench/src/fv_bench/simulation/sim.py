@@ -17,11 +17,12 @@ import numpy as np
 from rospy import Time
 from scipy.spatial.transform import Rotation
 
+from fv_common.conversions import cloud_msg
 from hubo_sim.config import SimConfig
 from hubo_sim.control.trajectory_goal import TrajectoryGoal
 from hubo_sim.ground_truth.analytic import away_from_edges, box_depth
 from hubo_sim.robot_source import load_robot_spec
-from hubo_sim.ros.conversions import cloud_msg, header
+from hubo_sim.ros.conversions import header
 from hubo_sim.sensors.render import Pinhole, take_picture
 from hubo_sim.simulator import Simulator
 from hubo_sim.worlds import load_world, parse_object

@@ -13,10 +13,10 @@ from geometry_msgs.msg import Point
 from visualization_msgs.msg import Marker, MarkerArray
 
 from fv_bench.viz import markers
+from fv_common.ros_session import RosSession
 from fv_viz.config import ScreenshotConfig
 from fv_viz.drawing import packing, shapes
 from fv_viz.offscreen.camera import Camera
-from fv_viz.session import Session
 
 TARGET_S = 0.2  # a frame: 5 frames/s
 SHOWN = {"as it opens": [], "and free space": ["Free"], "and free and unknown space": ["Free", "Unknown"]}
@@ -29,7 +29,7 @@ def run(quick: bool) -> list[dict]:
     seconds, runs = (1.0, 1) if quick else (4.0, 3)
     msg = markers.scene(0.04 if quick else 0.0185, 0.0)
     count = sum(len(getattr(msg, name)) // 3 for name in markers.LAYERS)
-    with Session(verbose="FV_BENCH_VERBOSE" in os.environ) as session:
+    with RosSession(verbose="FV_BENCH_VERBOSE" in os.environ) as session:
         rospy.init_node("bench_rviz", anonymous=True, disable_signals=True)
         session.rosrun("fv_viz", "viz_node")
         keep = [_latched("/fv_exploration/volume", _volume()), _latched("/fv_exploration/evaluation", msg)]

@@ -9,9 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from fv_exploration.cloud_layout import CloudLayoutError, cloud_points
+from fv_common.cloud_layout import cloud_points
+from fv_common.errors import MessageError
 from fv_exploration.recordings.errors import RecordingError, Warn, one_line
 from fv_exploration.recordings.transforms import OutsideSpan, TransformTree, quoted
+from fv_exploration.returns import SENSIBLE_M
 
 CLOUD = "sensor_msgs/msg/PointCloud2"
 TF_TOPICS = {"tf": False, "tf_static": True}
@@ -54,8 +56,8 @@ def _scans(reader: Any, topic: str, map_frame: str, warn: Warn) -> Iterator[tupl
         if transform is None:
             continue
         try:
-            yield cloud_points(msg, warn_once).astype(float), transform
-        except CloudLayoutError as error:
+            yield cloud_points(msg, warn_once, SENSIBLE_M).astype(float), transform
+        except MessageError as error:
             raise RecordingError(str(error)) from error
     poses.finish()
 

@@ -10,12 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from fv_common.errors import Notice, UserError
+from fv_common.transforms import UNIT_TOLERANCE
+from fv_common.transforms import transform as make_transform
 
 Warn = Callable[[str], None]
 """Takes one line that says what was seen and what was done about it."""
-
-UNIT_TOLERANCE = 1e-2
-"""A quaternion whose length is this far from 1 was not meant as it stands; rounding stays far below."""
 
 
 class RecordingError(UserError, ValueError):
@@ -39,15 +38,7 @@ def matrix_from_quaternion(translation: ArrayLike, quaternion_xyzw: ArrayLike) -
         raise RecordingError(f"quaternion x, y, z, w is {q.tolist()}; valid: finite, not 0")
     if not np.isfinite(p).all():
         raise RecordingError(f"position is {p.tolist()}; valid: finite")
-    x, y, z, w = q / norm
-    matrix = np.eye(4)
-    matrix[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
-    matrix[:3, 3] = p
-    return matrix
+    return make_transform(p, q / norm)
 
 
 def length(quaternion: Iterable[float]) -> float:

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from fv_exploration.cloud_layout import SAMPLE, other_order_fits
+from fv_common.cloud_layout import SAMPLE, other_order_fits
 from fv_exploration.recordings.errors import RecordingError, Warn, is_unit, matrix_from_quaternion
+from fv_exploration.returns import SENSIBLE_M
 
 Array = NDArray[np.float64]
 
@@ -63,7 +64,7 @@ def pcd_scan(data: bytes, warn: Warn) -> tuple[Array, Array]:
     points = np.stack(columns[header.data](body, header, warn), axis=1)
     if header.data != "ascii" and points.dtype.kind == "f":
         some = points[:: max(1, len(points) // SAMPLE)]
-        if other_order_fits(some, some.byteswap()):
+        if other_order_fits(some, some.byteswap(), SENSIBLE_M):
             warn("its numbers make sense in the other byte order only: read in that")
             points = points.byteswap()
     return points.astype(float), header.T_map_sensor

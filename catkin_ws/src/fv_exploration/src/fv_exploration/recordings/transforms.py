@@ -12,6 +12,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from fv_common.transforms import inverse
 from fv_exploration.recordings.errors import RecordingError, is_unit, length, matrix_from_quaternion
 
 Array = NDArray[np.float64]
@@ -132,13 +133,6 @@ def _between(start: Pose, end: Pose, share: float) -> Array:
     return matrix_from_quaternion(p + share * (r - p), turned)
 
 
-def _inverse(rigid: Array) -> Array:
-    matrix = np.eye(4)
-    matrix[:3, :3] = rigid[:3, :3].T
-    matrix[:3, 3] = -rigid[:3, :3].T @ rigid[:3, 3]
-    return matrix
-
-
 class TransformTree:
     """All transforms of a recording. Frames may have several parents: a way is used only if it is the only one."""
 
@@ -238,7 +232,7 @@ class TransformTree:
         with np.errstate(over="ignore", invalid="ignore"):
             for pair, upwards in self._way(target, source):
                 step = self._histories[pair].at(pair, stamp_ns)
-                matrix = (step if upwards else _inverse(step)) @ matrix
+                matrix = (step if upwards else inverse(step)) @ matrix
         if not np.isfinite(matrix).all():
             raise RecordingError(
                 f"positions between {source!r} and {target!r} add up to more than a number holds"

@@ -18,17 +18,20 @@ from fv_msgs.msg import (
     Views,
 )
 from fv_msgs.msg import Evaluation as EvaluationMsg
-from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Transform, Vector3
+from geometry_msgs.msg import Point, Quaternion, Vector3
 from numpy.typing import NDArray
 from octomap_msgs.msg import Octomap
 from scipy.spatial.transform import Rotation
-from sensor_msgs.msg import PointCloud2, PointField
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
+from fv_common.cloud_layout import cloud_points
+from fv_common.conversions import matrix_from_pose, pose_from_matrix
+from fv_common.errors import MessageError
 from fv_exploration import Evaluation, OccupancyMap, Utility
 from fv_exploration.bounds import Bounds
-from fv_exploration.cloud_layout import CloudLayoutError, cloud_points
 from fv_exploration.recordings.errors import python_warning
+from fv_exploration.returns import SENSIBLE_M
 from fv_exploration.robot_body import HeldObject
 from fv_exploration.strategy import Candidates
 from fv_robot_model import Shape
@@ -36,67 +39,9 @@ from fv_robot_model import Shape
 Array = NDArray[np.float64]
 
 
-class MessageError(ValueError):
-    """A message cannot be used; the text names the field and what would be valid."""
-
-
 def points_from_cloud(cloud: PointCloud2, warn: Callable[[str], None] = python_warning) -> NDArray:
-    """The x, y, z of a cloud in its own frame.
-
-    :param warn: called with one line for what was replaced, such as a byte order that makes no sense.
-    :return: (height * width, 3) float32 or float64 [m]; rows with NaN had no return.
-    :raises MessageError: without x, y and z, or with sizes that do not match the data.
-    """
-    try:
-        return cloud_points(cloud, warn)
-    except CloudLayoutError as error:
-        raise MessageError(str(error)) from error
-
-
-def cloud_msg(points: Array, header: Header) -> PointCloud2:
-    """An unorganised cloud of (N, 3) points [m] in the header's frame; float32 x, y and z."""
-    data = np.ascontiguousarray(points, dtype="<f4")
-    fields = [PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate("xyz")]
-    return PointCloud2(
-        header=header,
-        height=1,
-        width=len(data),
-        fields=fields,
-        is_bigendian=False,
-        point_step=12,
-        row_step=12 * len(data),
-        data=data.tobytes(),
-        is_dense=bool(np.isfinite(data).all()),
-    )
-
-
-def matrix_from_transform(transform: Transform) -> Array:
-    """(4, 4) matrix of a geometry_msgs/Transform."""
-    translation, rotation = transform.translation, transform.rotation
-    return _matrix([translation.x, translation.y, translation.z], rotation)
-
-
-def matrix_from_pose(pose: Pose) -> Array:
-    """(4, 4) matrix of a geometry_msgs/Pose."""
-    return _matrix([pose.position.x, pose.position.y, pose.position.z], pose.orientation)
-
-
-def _matrix(translation: list[float], rotation: Quaternion) -> Array:
-    matrix = np.eye(4)
-    matrix[:3, :3] = Rotation.from_quat([rotation.x, rotation.y, rotation.z, rotation.w]).as_matrix()
-    matrix[:3, 3] = translation
-    return matrix
-
-
-def pose_from_matrix(matrix: Array) -> Pose:
-    """geometry_msgs/Pose of a (4, 4) matrix."""
-    quaternion = Rotation.from_matrix(matrix[:3, :3]).as_quat()
-    return Pose(Point(*matrix[:3, 3]), Quaternion(*quaternion))
-
-
-def pose_array(matrices: Array, header: Header) -> PoseArray:
-    """geometry_msgs/PoseArray of (N, 4, 4) matrices."""
-    return PoseArray(header, [pose_from_matrix(matrix) for matrix in matrices])
+    """The x, y, z of a cloud in its own frame; see fv_common.cloud_layout. Errors as that."""
+    return cloud_points(cloud, warn, SENSIBLE_M)
 
 
 def box_msg(minimum: Array, maximum: Array) -> Box:

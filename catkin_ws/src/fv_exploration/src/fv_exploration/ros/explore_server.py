@@ -14,6 +14,7 @@ from fv_msgs.msg import AttachedObjects, ExploreAction, ExploreFeedback, Explore
 from numpy.typing import NDArray
 
 from fv_common.ros_master import wait_for_master
+from fv_common.schema import from_mapping
 from fv_exploration import (
     EvaluationConfig,
     Evaluator,
@@ -42,7 +43,6 @@ from fv_exploration.run_folder import RunFolder
 from fv_exploration.strategy import load_strategy
 from fv_exploration.view_worth import ViewWorth
 from fv_exploration.warning_list import WarningList
-from hubo_description.schema import from_mapping
 
 Array = NDArray[np.float64]
 

@@ -26,15 +26,13 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import JointState, PointCloud2
 from std_msgs.msg import Header
 
+from fv_common.conversions import cloud_msg, matrix_from_transform, pose_array
+from fv_common.errors import MessageError
 from fv_common.transform_buffer import TransformBuffer
 from fv_exploration.explore_config import ExploreConfig
 from fv_exploration.robot import ExplorationError, Plan, PlanStatus, Scan, ScanError
 from fv_exploration.ros.conversions import (
-    MessageError,
-    cloud_msg,
-    matrix_from_transform,
     points_from_cloud,
-    pose_array,
 )
 from fv_exploration.ros.joint_history import JointHistory
 

@@ -7,8 +7,8 @@ import importlib
 from collections.abc import Mapping
 
 from fv_common.one_line import one_line
+from fv_common.schema import from_mapping
 from fv_exploration.strategy.protocol import Strategy
-from hubo_description.schema import from_mapping
 
 STRATEGIES = {"frontier_void": "fv_exploration.strategy.frontier_void:FrontierVoid"}
 """Ours; whoever adds one adds it here."""

@@ -8,10 +8,11 @@ from __future__ import annotations
 import struct
 
 import numpy as np
-from sensor_msgs.msg import PointCloud2, PointField
+from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Header
 from visualization_msgs.msg import Marker, MarkerArray
 
-CLOUD_DTYPE = np.dtype([("x", "<f4"), ("y", "<f4"), ("z", "<f4"), ("rgb", "<u4")])
+from fv_common.conversions import cloud_msg
 
 
 class PackedMarkers(MarkerArray):
@@ -60,12 +61,8 @@ def pack_marker(marker: Marker, points: np.ndarray | None = None, colors: np.nda
     return b"".join(parts)
 
 
-def cloud(header, points: np.ndarray, colors: np.ndarray) -> PointCloud2:
+def cloud(header: Header, points: np.ndarray, colors: np.ndarray) -> PointCloud2:
     """An x y z rgb cloud from points (N, 3) [m] and colours (N, 3) or (3,) in 0..1."""
-    data = np.empty(len(points), dtype=CLOUD_DTYPE)
-    data["x"], data["y"], data["z"] = np.asarray(points, dtype="<f4").reshape(-1, 3).T
-    bytes_rgb = (np.clip(np.broadcast_to(colors, (len(points), 3)), 0.0, 1.0) * 255.0).astype(np.uint32)
-    data["rgb"] = (bytes_rgb[:, 0] << 16) | (bytes_rgb[:, 1] << 8) | bytes_rgb[:, 2]
-    fields = [PointField(name, 4 * k, PointField.FLOAT32, 1) for k, name in enumerate(("x", "y", "z", "rgb"))]
-    step = CLOUD_DTYPE.itemsize
-    return PointCloud2(header, 1, len(data), fields, False, step, step * len(data), data.tobytes(), True)
+    rgba = np.zeros((len(points), 4), np.uint8)
+    rgba[:, :3] = np.clip(colors, 0.0, 1.0) * 255.0
+    return cloud_msg(points, header, rgba)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from geometry_msgs.msg import Point, Pose, Quaternion, Vector3
+from geometry_msgs.msg import Vector3
 from std_msgs.msg import Header
 from visualization_msgs.msg import Marker
 
+from fv_common.conversions import pose_from_matrix
 from fv_robot_model import RobotModel, Visual
 from fv_viz.drawing import packing, shapes
 
@@ -62,7 +63,7 @@ class RobotShapes:
                     number + len(out),
                 )
                 one.frame_locked = True  # else RViz drops for good what comes before the first transform
-                one.pose = pose_message(poses[link] @ visual.T_link_visual)
+                one.pose = pose_from_matrix(poses[link] @ visual.T_link_visual)
                 one.scale, one.mesh_resource = Vector3(*marker_size(visual)), visual.mesh
                 out.append(packing.pack_marker(one))
         return out
@@ -80,22 +81,3 @@ def marker_size(visual: Visual) -> tuple[float, float, float]:
     if visual.kind == Visual.Kind.Sphere:
         return 2.0 * first, 2.0 * first, 2.0 * first
     return first, second, third
-
-
-def pose_message(T: np.ndarray) -> Pose:
-    """Pose message of a transform (4, 4)."""
-    return Pose(Point(*T[:3, 3]), Quaternion(*quaternion(T[:3, :3])))
-
-
-def quaternion(R: np.ndarray) -> np.ndarray:
-    """Quaternion (4,) x y z w of a rotation matrix, by the largest of its four components (Shepperd)."""
-    trace = np.array([R[0, 0], R[1, 1], R[2, 2], R.trace()])
-    k = int(np.argmax(trace))
-    if k == 3:
-        q = np.array([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], 1.0 + trace[3]])
-    else:
-        i, j = (k + 1) % 3, (k + 2) % 3
-        q = np.zeros(4)
-        q[k] = 1.0 - trace[3] + 2.0 * R[k, k]
-        q[i], q[j], q[3] = R[i, k] + R[k, i], R[j, k] + R[k, j], R[j, i] - R[i, j]
-    return q / np.linalg.norm(q)

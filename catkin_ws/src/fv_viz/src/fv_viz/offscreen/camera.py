@@ -9,8 +9,8 @@ import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
+from fv_common import processes
 from fv_viz.config import ScreenshotConfig
-from fv_viz.offscreen import processes
 from fv_viz.offscreen.xvfb import Xvfb
 
 

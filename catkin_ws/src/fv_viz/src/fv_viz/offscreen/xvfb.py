@@ -6,7 +6,7 @@ import os
 import shutil
 import subprocess
 
-from fv_viz.offscreen import processes
+from fv_common import processes
 
 
 class Xvfb:

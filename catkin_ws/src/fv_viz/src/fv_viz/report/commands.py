@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from pathlib import Path
 
 from fv_common.command import Parser
+from fv_common.files import write_whole
 from fv_viz.report import run_data
 from fv_viz.report.compare import comparison
 from fv_viz.report.page import report
@@ -21,7 +21,7 @@ def report_main(arguments: list[str] | None = None) -> int:
     try:
         data = run_data.load(options.run)
         target = options.out or options.run / "report.html"
-        write(target, report(data))
+        write_whole(target, report(data))
     except OSError as error:
         return _failed(error)
     for line in data.missing:
@@ -50,21 +50,11 @@ def compare_main(arguments: list[str] | None = None) -> int:
     if not found:
         return _failed("none of the folders holds a run")
     try:
-        write(options.out, comparison(found))
+        write_whole(options.out, comparison(found))
     except OSError as error:
         return _failed(error)
     print(f"comparison: {options.out}")
     return 0
-
-
-def write(path: Path, text: str) -> None:
-    """Write beside and rename, so that no half a page is left when the disk is full."""
-    part = path.with_name(f".{path.name}.part")
-    try:
-        part.write_text(text, encoding="utf-8")
-        os.replace(part, path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _failed(why: object) -> int:

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from fv_common.transforms import transform
+
 TIMES = ("scan", "integrate", "evaluate", "choose", "plan", "move", "screenshot")
 SCENE = (".mp4", ".webm", ".gif", ".png", ".jpg")
 FINISHED = "finished"  # stem of the last picture
@@ -156,8 +158,4 @@ def _matrix(pose: np.ndarray) -> np.ndarray:
         return pose.reshape(4, 4)
     if pose.size != 7:
         raise ValueError(f"a pose of {pose.size} numbers")
-    from fv_viz.drawing.shapes import rotations
-
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = rotations(pose[None, 3:])[0], pose[:3]
-    return T
+    return transform(pose[:3], pose[3:])

@@ -8,8 +8,8 @@ import sys
 import numpy as np
 
 from fv_common.command import Parser
+from fv_common.files import write_whole
 from hubo_sim.errors import SimError
-from hubo_sim.files import write_whole
 from hubo_sim.ground_truth import TruthRequest, octree_bytes, true_voxels
 from hubo_sim.paths import cache_folder
 from hubo_sim.robot_source import load_robot_spec

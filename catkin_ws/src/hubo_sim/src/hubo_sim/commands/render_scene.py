@@ -6,8 +6,8 @@ import argparse
 import sys
 
 from fv_common.command import Parser
+from fv_common.files import write_whole
 from hubo_sim.errors import SimError
-from hubo_sim.files import write_whole
 from hubo_sim.pictures import render_scene
 from hubo_sim.robot_source import load_robot_spec
 from hubo_sim.worlds import ViewPoint, load_world

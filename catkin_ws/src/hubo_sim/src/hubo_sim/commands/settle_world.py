@@ -11,8 +11,8 @@ import yaml
 from scipy.spatial.transform import Rotation
 
 from fv_common.command import Parser
+from fv_common.files import write_whole
 from hubo_sim.errors import SimError
-from hubo_sim.files import write_whole
 from hubo_sim.worlds import World, load_world
 from hubo_sim.worlds.settle import largest_way, settle
 

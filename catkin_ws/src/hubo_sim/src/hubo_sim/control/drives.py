@@ -6,7 +6,7 @@ import numpy as np
 
 from hubo_sim.bullet import BulletClient
 from hubo_sim.control.spline import JointSample
-from hubo_sim.control.trajectory_controller import ControllerConfig, check_gains
+from hubo_sim.control.trajectory_controller import ControllerConfig
 from hubo_sim.errors import SimError
 from hubo_sim.sim_robot import SimRobot
 
@@ -43,9 +43,9 @@ class EffortDrive:
         missing = [name for name in config.joints if name not in config.gains]
         if missing:
             raise SimError(f"gains: missing for {', '.join(missing)}")
-        gains = [check_gains(config.gains[name], f"gains: {name}") for name in config.joints]
+        gains = [config.gains[name] for name in config.joints]
         self._p, self._i, self._d, clamp = (
-            np.array([g[k] for g in gains]) for k in ("p", "i", "d", "i_clamp")
+            np.array([getattr(g, k) for g in gains]) for k in ("p", "i", "d", "i_clamp")
         )
         self._clamp = np.where(clamp > 0.0, clamp, np.inf)
         self._damping = np.array([robot.joints[row].damping for row in rows])

@@ -10,11 +10,21 @@ joint is, as fast as it is, for one that has strayed from it.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from hubo_sim.config import from_mapping, number
+from fv_common.schema import (
+    Config,
+    Name,
+    NotEmpty,
+    NotNegative,
+    OneOf,
+    Range,
+    from_mapping,
+    number,
+    reject_unknown,
+)
 from hubo_sim.control.spline import JointSample, Spline
 from hubo_sim.control.trajectory_goal import Code, Tolerance, TrajectoryGoal, check_goal, named_twice
 from hubo_sim.errors import SimError
@@ -28,47 +38,43 @@ _STRAYED_RAD_S = 0.2  # ... or whose velocity differs so much [rad/s or m/s]
 
 
 @dataclass(frozen=True)
-class _JointConstraints:
+class Gains(Config):
+    """Of one effort-controlled joint, each >= 0."""
+
+    p: NotNegative = 0.0
+    i: NotNegative = 0.0
+    d: NotNegative = 0.0
+    i_clamp: NotNegative = 0.0
+
+
+@dataclass(frozen=True)
+class _JointConstraints(Config):
     """Tolerances of one joint, under ros_control's names; 0: not checked."""
 
     trajectory: float = 0.0
     goal: float = 0.0
 
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            number(value, name)
-
 
 @dataclass(frozen=True)
-class ControllerConfig:
+class ControllerConfig(Config):
     """Parameters of one controller, under ros_control's names."""
 
-    type: str
-    joints: list[str]
-    gains: dict[str, dict[str, float]] = field(default_factory=dict)
+    type: Annotated[str, OneOf(*TYPES)]
+    joints: Annotated[list[Name], NotEmpty()]
+    gains: dict[str, Gains] = field(default_factory=dict)
     constraints: dict[str, Any] = field(default_factory=dict)
-    state_publish_rate: float = 50.0  # [Hz]
-    action_monitor_rate: float = 20.0  # [Hz] of feedback
-    stop_trajectory_duration: float = 0.0  # [s]
+    state_publish_rate: Annotated[float, Range(0.1, 1000)] = 50.0  # [Hz]
+    action_monitor_rate: Annotated[float, Range(0.1, 1000)] = 20.0  # [Hz] of feedback
+    stop_trajectory_duration: NotNegative = 0.0  # [s]
     allow_partial_joints_goal: bool = False
 
     def __post_init__(self) -> None:
-        if self.type not in TYPES:
-            raise SimError(f"controller type must be one of {', '.join(TYPES)}, got {self.type!r}")
-        if not self.joints or not all(isinstance(name, str) for name in self.joints):
-            raise SimError(f"joints must be a list of names, got {self.joints!r}")
+        super().__post_init__()
         twice = named_twice(self.joints)
         if twice:
             raise SimError(f"joints: {', '.join(twice)} is there more than once")
-        for name in ("state_publish_rate", "action_monitor_rate"):
-            number(getattr(self, name), name, 0.1, 1000.0)
-        number(self.stop_trajectory_duration, "stop_trajectory_duration", 0.0)
-        known = {"goal_time", "stopped_velocity_tolerance", *self.joints}
-        unknown = sorted(set(self.constraints) - known)
-        if unknown:
-            raise SimError(
-                f"constraints: unknown key {', '.join(unknown)}; known: {', '.join(sorted(known))}"
-            )
+        valid = ["goal_time", "stopped_velocity_tolerance", *self.joints]
+        reject_unknown(self.constraints, valid, "constraints")
         for name, value in self.constraints.items():
             if name in self.joints:
                 from_mapping(_JointConstraints, value or {}, f"constraints: {name}")
@@ -88,25 +94,6 @@ class ControllerConfig:
         """Allowed error at the end; the velocity is the controller's stopped_velocity_tolerance."""
         stopped = float(self.constraints.get("stopped_velocity_tolerance", 0.01))
         return Tolerance(float((self.constraints.get(joint) or {}).get("goal", 0.0)), stopped)
-
-
-@dataclass(frozen=True)
-class Gains:
-    """Of one effort-controlled joint, each >= 0."""
-
-    p: float = 0.0
-    i: float = 0.0
-    d: float = 0.0
-    i_clamp: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            number(value, name, 0.0)
-
-
-def check_gains(gains: dict[str, Any], where: str) -> dict[str, float]:
-    """p, i, d and i_clamp of one joint. Raises SimError."""
-    return vars(from_mapping(Gains, gains, where)).copy()
 
 
 @dataclass

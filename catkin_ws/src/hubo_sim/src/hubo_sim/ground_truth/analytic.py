@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from fv_common.transforms import inverse
 from hubo_sim.sensors.render import Pinhole
-from hubo_sim.transforms import inverse
 
 
 def box_depth(

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.stats import qmc
 
 import hubo_description.sensors as description
+from fv_common.files import write_replacing
 from hubo_sim.errors import SimError
 from hubo_sim.paths import cache_folder
 from hubo_sim.robot_spec import RobotSpec
@@ -110,9 +111,7 @@ def observable_set(
             )
     result = compute_observable(request, progress)
     folder.mkdir(parents=True, exist_ok=True)
-    part = path.with_suffix(".part.npz")  # so that a reader never meets half a file
-    np.savez_compressed(part, **vars(result))
-    part.rename(path)
+    write_replacing(path, lambda beside: np.savez_compressed(beside, **vars(result)))
     return result
 
 
@@ -153,8 +152,9 @@ class _Grid:
 
     def __init__(self, resolution_m: float, bounds: Bounds) -> None:
         self.resolution_m = resolution_m
-        self.first_key = np.ceil(bounds.min_m / resolution_m - 0.5 + 1e-9).astype(np.int64)
-        last = np.floor(bounds.max_m / resolution_m - 0.5 - 1e-9).astype(np.int64)
+        low, high = bounds.corners / resolution_m
+        self.first_key = np.ceil(low - 0.5 + 1e-9).astype(np.int64)
+        last = np.floor(high - 0.5 - 1e-9).astype(np.int64)
         self.mask = np.zeros(last - self.first_key + 1, bool)
 
     def to_cells(self, vectors: np.ndarray, is_point: bool) -> np.ndarray:

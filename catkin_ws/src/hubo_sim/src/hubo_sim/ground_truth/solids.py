@@ -6,7 +6,7 @@ import numpy as np
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from hubo_sim.transforms import apply, inverse
+from fv_common.transforms import apply, inverse
 from hubo_sim.worlds import WorldObject
 from hubo_sim.worlds.triangles import (
     box_triangles,

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from fv_common.transforms import transform
 from hubo_sim.bullet import pybullet
 from hubo_sim.ground_truth.solids import BoxSolid, CylinderSolid, MeshSolid, Solid, SphereSolid, solid_of
-from hubo_sim.transforms import transform
 from hubo_sim.worlds import Bounds, World, WorldObject
 from hubo_sim.worlds.scene import Scene, root_pose
 from hubo_sim.worlds.triangles import mesh_triangles, surface_points
@@ -47,15 +47,15 @@ class TrueWorld:
 
     def surface_voxels(self, resolution_m: float, bounds: Bounds | None = None) -> np.ndarray:
         """(V, 3) centres of the voxels that a surface passes through (to a quarter of a voxel)."""
-        bounds = bounds or self.world.bounds
+        low, high = (bounds or self.world.bounds).corners
         keys = [np.zeros((0, 3), np.int64)]
         for solid in self.solids:
-            if (solid.high_m < bounds.min_m).any() or (solid.low_m > bounds.max_m).any():
+            if (solid.high_m < low).any() or (solid.low_m > high).any():
                 continue
-            points = surface_points(solid.triangles, 0.5 * resolution_m, bounds.min_m, bounds.max_m)
+            points = surface_points(solid.triangles, 0.5 * resolution_m, low, high)
             keys.append(np.unique(np.floor(points / resolution_m).astype(np.int64), axis=0))
         centres = (np.unique(np.concatenate(keys), axis=0) + 0.5) * resolution_m
-        return centres[((centres > bounds.min_m) & (centres < bounds.max_m)).all(1)]
+        return centres[((centres > low) & (centres < high)).all(1)]
 
     def solid_voxels(self, resolution_m: float, bounds: Bounds | None = None) -> np.ndarray:
         """(V, 3) centres of the voxels whose centre lies inside a solid."""
@@ -65,8 +65,8 @@ class TrueWorld:
 
 def grid_centres(resolution_m: float, bounds: Bounds) -> np.ndarray:
     """(V, 3) centres of all voxels with their centre inside the bounds; the grid is OctoMap's: (k + 0.5) resolution."""
-    first = np.ceil(bounds.min_m / resolution_m - 0.5 + 1e-9).astype(int)
-    last = np.floor(bounds.max_m / resolution_m - 0.5 - 1e-9).astype(int)
+    low, high = bounds.corners / resolution_m
+    first, last = np.ceil(low - 0.5 + 1e-9).astype(int), np.floor(high - 0.5 - 1e-9).astype(int)
     axes = [(np.arange(a, b + 1) + 0.5) * resolution_m for a, b in zip(first, last, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(-1, 3)
 

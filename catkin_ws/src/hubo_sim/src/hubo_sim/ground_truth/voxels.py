@@ -33,7 +33,7 @@ class TruthRequest:
             raise SimError(f"unknown kind of truth {self.what!r}; valid: {', '.join(KINDS)}")
         if not self.resolution_m > 0.0 or not np.isfinite(self.resolution_m):
             raise SimError(f"resolution must be a number above 0, got {self.resolution_m}")
-        size = (self.world.bounds.max_m - self.world.bounds.min_m) / self.resolution_m
+        size = np.diff(self.world.bounds.corners, axis=0) / self.resolution_m
         if np.prod(size) > _MAX_VOXELS:
             raise SimError(
                 f"resolution {self.resolution_m:g} m makes {np.prod(size):.3g} voxels, more than {_MAX_VOXELS}"

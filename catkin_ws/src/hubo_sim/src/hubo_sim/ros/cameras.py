@@ -8,7 +8,8 @@ import rospy
 from fv_msgs.srv import TakeScan, TakeScanResponse
 from sensor_msgs.msg import CameraInfo, Image, PointCloud2
 
-from hubo_sim.ros.conversions import camera_info_msg, cloud_msg, color_msg, depth_msg, header
+from fv_common.conversions import cloud_msg, image_msg
+from hubo_sim.ros.conversions import camera_info_msg, header
 from hubo_sim.sensors.depth_camera import DepthCamera
 from hubo_sim.worlds.scene import Scene
 
@@ -50,9 +51,9 @@ class RosCamera:
         for publisher in self._info_pubs:
             publisher.publish(camera_info_msg(self.camera.pinhole, head))
         if self._depth_pub.get_num_connections():
-            self._depth_pub.publish(depth_msg(scan.depth, head))
+            self._depth_pub.publish(image_msg(scan.depth, head))
         if self._color_pub.get_num_connections():
-            self._color_pub.publish(color_msg(scan.rgba, head))
+            self._color_pub.publish(image_msg(scan.rgba, head))
 
     def _on_trigger(self, request_scan: Callable[[RosCamera], rospy.Time]) -> TakeScanResponse:
         try:

@@ -7,17 +7,16 @@ from control_msgs.msg import FollowJointTrajectoryGoal, JointTolerance, JointTra
 from fv_msgs.msg import Contacts
 from geometry_msgs.msg import Pose, TransformStamped, Vector3, WrenchStamped
 from rospy import Duration, Time
-from sensor_msgs.msg import CameraInfo, Image, Imu, JointState, LaserScan, PointCloud2, PointField
+from sensor_msgs.msg import CameraInfo, Imu, JointState, LaserScan
 from std_msgs.msg import Header
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint
 
+from fv_common.conversions import matrix_from_pose, transform_from_matrix
 from hubo_sim.control.spline import JointSample
 from hubo_sim.control.trajectory_goal import Code, Refusal, Tolerance, TrajectoryGoal, named_twice
 from hubo_sim.sensors.render import Pinhole
 from hubo_sim.simulator import ContactLog
-from hubo_sim.transforms import quaternion_of, transform
-
-_FAR_M = 1e6  # beyond, coordinates lose the digits that physics needs
+from hubo_sim.worlds.world import FAR
 
 
 def time_from_ns(ns: int) -> Time:
@@ -28,33 +27,6 @@ def time_from_ns(ns: int) -> Time:
 def header(stamp: Time, frame: str) -> Header:
     """A header without sequence number; rospy counts it."""
     return Header(stamp=stamp, frame_id=frame)
-
-
-def cloud_msg(points: np.ndarray, head: Header, rgba: np.ndarray | None = None) -> PointCloud2:
-    """Organised cloud of points (H, W, 3) float32 [m], NaN = no return, and colours (H, W, 4) uint8 if given."""
-    height, width = points.shape[:2]
-    names = ("x", "y", "z") if rgba is None else ("x", "y", "z", "rgb")
-    data = bytearray(4 * len(names) * height * width)  # filled in place: a copy of it would take as long
-    values = np.frombuffer(data, "<f4").reshape(height, width, len(names))
-    values[..., :3] = points
-    if rgba is not None:
-        np.right_shift(rgba.view(">u4")[..., 0], 8, out=values.view("<u4")[..., 3])  # 0x00rrggbb
-    return PointCloud2(
-        header=head,
-        height=height,
-        width=width,
-        fields=[PointField(name, 4 * i, PointField.FLOAT32, 1) for i, name in enumerate(names)],
-        is_bigendian=False,
-        point_step=4 * len(names),
-        row_step=4 * len(names) * width,
-        data=data,
-        is_dense=False,
-    )
-
-
-def points_from_cloud(msg: PointCloud2) -> np.ndarray:
-    """(H, W, 3) float32 points of a cloud as `cloud_msg` makes them."""
-    return np.frombuffer(msg.data, "<f4").reshape(msg.height, msg.width, -1)[..., :3]
 
 
 def laser_msg(
@@ -87,20 +59,6 @@ def wrench_msg(force: np.ndarray, torque: np.ndarray, head: Header) -> WrenchSta
     return out
 
 
-def depth_msg(depth: np.ndarray, head: Header) -> Image:
-    """32FC1 image of depth (H, W) float32 [m], NaN = no return (REP 118)."""
-    height, width = depth.shape
-    data = np.ascontiguousarray(depth, "<f4").tobytes()
-    return Image(header=head, height=height, width=width, encoding="32FC1", step=4 * width, data=data)
-
-
-def color_msg(rgba: np.ndarray, head: Header) -> Image:
-    """rgb8 image of (H, W, 4) uint8."""
-    height, width = rgba.shape[:2]
-    data = np.ascontiguousarray(rgba[..., :3]).tobytes()
-    return Image(header=head, height=height, width=width, encoding="rgb8", step=3 * width, data=data)
-
-
 def camera_info_msg(camera: Pinhole, head: Header) -> CameraInfo:
     """Calibration of an undistorted pinhole."""
     fx, fy, cx, cy = camera.fx, camera.fy, camera.cx, camera.cy
@@ -124,31 +82,15 @@ def joint_state_msg(names: list[str], state: tuple[np.ndarray, ...], stamp: Time
 
 def transform_msg(T_parent_child: np.ndarray, parent: str, child: str, stamp: Time) -> TransformStamped:
     """A stamped transform of a (4, 4) matrix."""
-    out = TransformStamped(header=header(stamp, parent), child_frame_id=child)
-    move, turn = out.transform.translation, out.transform.rotation
-    move.x, move.y, move.z = T_parent_child[:3, 3]
-    turn.x, turn.y, turn.z, turn.w = quaternion_of(T_parent_child)
-    return out
+    return TransformStamped(header(stamp, parent), child, transform_from_matrix(T_parent_child))
 
 
-def pose_msg(T: np.ndarray) -> Pose:
-    """A pose of a (4, 4) matrix."""
-    out = Pose()
-    out.position.x, out.position.y, out.position.z = T[:3, 3]
-    out.orientation.x, out.orientation.y, out.orientation.z, out.orientation.w = quaternion_of(T)
-    return out
-
-
-def transform_from_pose(pose: Pose) -> np.ndarray:
-    """(4, 4) matrix of a pose. Raises ValueError when it is no number, far off, or its quaternion is not unit."""
-    p, q = pose.position, pose.orientation
-    values = np.array([p.x, p.y, p.z, q.x, q.y, q.z, q.w])
-    if not np.all(np.abs(values[:3]) <= _FAR_M):  # no number is not within either
-        raise ValueError(f"pose: position {values[:3].tolist()} must be finite and within +-{_FAR_M:g} m")
-    norm = np.linalg.norm(values[3:])
-    if not abs(norm - 1.0) <= 1e-3:
-        raise ValueError(f"pose: the quaternion {values[3:].tolist()} has length {norm:g}, must be 1")
-    return transform(values[:3], values[3:])
+def place_from_pose(pose: Pose) -> np.ndarray:
+    """(4, 4) matrix of a pose to put something at. Raises ValueError when it is no pose, or far off."""
+    T = matrix_from_pose(pose)
+    if not np.all(np.abs(T[:3, 3]) <= FAR):
+        raise ValueError(f"pose: position {T[:3, 3].tolist()} must be within +-{FAR:g} m")
+    return T
 
 
 def contacts_msg(contacts: ContactLog, stamp: Time, frame: str) -> Contacts:

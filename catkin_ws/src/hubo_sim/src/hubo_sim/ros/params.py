@@ -8,26 +8,24 @@ from typing import Any
 
 import rospy
 
-from hubo_sim.config import SimConfig, from_mapping
+from fv_common.errors import told_as
+from fv_common.schema import from_mapping
+from hubo_sim.config import SimConfig
 from hubo_sim.errors import SimError
 from hubo_sim.robot_spec import RobotSpec
 
 _UPLOAD_HINT = "run `rosrun hubo_description upload_robot --robot NAME` first"
 
 
+@told_as(SimError)
 def sim_config() -> SimConfig:
     """The node's private parameters. Raises SimError naming an unknown or bad one."""
     given = rospy.get_param("~", {})
-    known = {field.name: field.type for field in dataclasses.fields(SimConfig)}
-    values = {key: _as_number(value, str(known.get(key, ""))) for key, value in given.items()}
+    texts = [field.name for field in dataclasses.fields(SimConfig) if field.type == "str"]
+    values = {
+        key: str(value) if key in texts else value for key, value in given.items()
+    }  # _world:=1 is a number
     return from_mapping(SimConfig, values, "sim_node")
-
-
-def _as_number(value: Any, declared: str) -> Any:
-    """The command line's `_real_time_factor:=0` arrives as an int and `_world:=1` as a number."""
-    if declared == "float" and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
-    return str(value) if declared == "str" else value
 
 
 def robot_spec(timeout_s: float = 0.0) -> RobotSpec:

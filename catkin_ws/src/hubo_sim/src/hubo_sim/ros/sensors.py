@@ -8,7 +8,8 @@ from geometry_msgs.msg import WrenchStamped
 from sensor_msgs.msg import Imu as ImuMsg
 from sensor_msgs.msg import LaserScan, PointCloud2
 
-from hubo_sim.ros.conversions import cloud_msg, header, imu_msg, laser_msg, wrench_msg
+from fv_common.conversions import cloud_msg
+from hubo_sim.ros.conversions import header, imu_msg, laser_msg, wrench_msg
 from hubo_sim.sensors.other_sensors import ForceTorque, Imu, Lidar
 from hubo_sim.worlds.scene import Scene
 

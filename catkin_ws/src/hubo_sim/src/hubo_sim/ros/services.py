@@ -12,10 +12,11 @@ import rospy
 from fv_msgs import srv
 from std_srvs.srv import Empty, EmptyResponse
 
+from fv_common.conversions import pose_from_matrix
 from hubo_sim.config import SimConfig
 from hubo_sim.errors import SimError
 from hubo_sim.paths import resolve_file
-from hubo_sim.ros.conversions import header, pose_msg, time_from_ns, transform_from_pose
+from hubo_sim.ros.conversions import header, place_from_pose, time_from_ns
 from hubo_sim.ros.requests import RequestQueue
 from hubo_sim.simulator import Simulator
 from hubo_sim.worlds import WorldObject
@@ -94,7 +95,7 @@ class WorldServices:
             if not request.model_name or request.model_name == self._robot_name or "::" in request.model_name:
                 raise SimError(f"model_name {request.model_name!r} is empty, the robot's or has '::' in it")
             file = self._model_file(request, shape)
-            pose = transform_from_pose(request.initial_pose)
+            pose = place_from_pose(request.initial_pose)
             size = {"file": str(file), "scale": 1.0}
             item = WorldObject(request.model_name, shape, size, pose, (1, 1, 1, 1), request.fixed, 1.0)
             self._sim.scene.add_object(item)
@@ -133,7 +134,7 @@ class WorldServices:
             pose, linear, angular = self._state_of(request.model_name)
             out.twist.linear.x, out.twist.linear.y, out.twist.linear.z = linear
             out.twist.angular.x, out.twist.angular.y, out.twist.angular.z = angular
-            return {"header": head, "pose": pose_msg(pose), "twist": out.twist}
+            return {"header": head, "pose": pose_from_matrix(pose), "twist": out.twist}
 
         return self._answer(srv.GetModelStateResponse, done)
 
@@ -148,7 +149,7 @@ class WorldServices:
 
     def _set_state(self, request):
         def done() -> None:
-            pose = transform_from_pose(request.pose)
+            pose = place_from_pose(request.pose)
             if request.model_name == self._robot_name:
                 self._sim.robot.move_base(pose)
                 self._node.publish_base_transform()

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 import hubo_description.sensors as description
+from fv_common.transforms import apply
 from hubo_sim.sensors.noise import DepthNoise
 from hubo_sim.sensors.render import Pinhole, take_picture
 from hubo_sim.sim_robot import SimRobot
-from hubo_sim.transforms import apply
 from hubo_sim.worlds.scene import Scene
 
 # The EGL plugin's depth buffer has 16 bits: its error is z^2 / near * 2^-17, with this 0.7 mm at 3 m. What is

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 import hubo_description.sensors as description
+from fv_common.transforms import apply, inverse
 from hubo_sim.sim_robot import SimRobot
-from hubo_sim.transforms import apply, inverse
 from hubo_sim.worlds.scene import GRAVITY_M_S2, Scene
 
 _RAYS_AT_ONCE = 8192  # Bullet's limit is 16384

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from fv_common.transforms import inverse
 from hubo_sim.bullet import pybullet
 from hubo_sim.errors import SimError
-from hubo_sim.transforms import inverse
 from hubo_sim.worlds.scene import Scene
 
 # An optical frame has x right, y down, z forward; OpenGL's camera has x right, y up, z backward.

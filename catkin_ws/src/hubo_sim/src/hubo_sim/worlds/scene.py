@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from fv_common.native_output import native_output_hidden
+from fv_common.transforms import inverse, quaternion_of, transform
 from hubo_sim.bullet import BulletClient, pybullet, pybullet_data
 from hubo_sim.errors import SimError
-from hubo_sim.transforms import inverse, quaternion_of, transform
 from hubo_sim.worlds.models import sdf_for_bullet, urdf_for_bullet
 from hubo_sim.worlds.textures import has_texture
 from hubo_sim.worlds.world import World, WorldObject

@@ -5,64 +5,49 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
-from hubo_description import RobotDescriptionError
-from hubo_description.files import read_yaml_file
-from hubo_sim.config import from_mapping, number
+from fv_common.errors import ConfigError, told_as
+from fv_common.schema import Config, Range, Share, from_mapping
+from fv_common.transforms import from_rpy
+from fv_common.yaml_file import read_yaml
 from hubo_sim.errors import SimError
 from hubo_sim.paths import resolve_file, worlds_folder
-from hubo_sim.transforms import from_rpy
 from hubo_sim.worlds.kinds import KINDS, generate
 
-_THIN = 1e-6  # [m] smallest size, and smallest scale
 SHAPES = ("box", "cylinder", "sphere", "mesh", "urdf", "sdf")
-_SHAPE_KEYS = {
-    "box": ("size_m",),
-    "cylinder": ("radius_m", "length_m"),
-    "sphere": ("radius_m",),
-    "mesh": ("file", "scale"),
-    "urdf": ("file", "scale"),
-    "sdf": ("file", "scale"),
-}
-
-
-_FAR = 1e6  # [m] or [deg]: beyond, coordinates lose the digits that physics needs
-
-
-def vector(value: Any, name: str, size: int = 3, low: float = -_FAR, high: float = _FAR) -> np.ndarray:
-    """`value` as a float vector (size,) within [low, high], else SimError."""
-    if not isinstance(value, (list, tuple, np.ndarray)) or len(value) != size:
-        raise SimError(f"{name} must be {size} numbers, got {value!r}")
-    return np.array([number(v, name, low, high) for v in value])
+FAR = 1e6  # [m] or [deg]: beyond, coordinates lose the digits that physics needs
+Coordinate = Annotated[float, Range(-FAR, FAR)]
+Coordinates = tuple[Coordinate, Coordinate, Coordinate]
+Size = Annotated[float, Range(1e-6, FAR)]
 
 
 @dataclass(frozen=True)
-class Bounds:
+class Bounds(Config):
     """Axis-aligned exploration volume, world frame [m]."""
 
-    min_m: Any
-    max_m: Any
+    min_m: Coordinates
+    max_m: Coordinates
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "min_m", vector(self.min_m, "min_m"))
-        object.__setattr__(self, "max_m", vector(self.max_m, "max_m"))
-        if not np.all(self.min_m < self.max_m):
-            raise SimError(f"min_m {self.min_m.tolist()} must be below max_m {self.max_m.tolist()}")
+        super().__post_init__()
+        if not all(low < high for low, high in zip(self.min_m, self.max_m, strict=True)):
+            raise ConfigError(f"min_m {list(self.min_m)} must be below max_m {list(self.max_m)}")
+
+    @property
+    def corners(self) -> np.ndarray:
+        """(2, 3) lowest and highest corner."""
+        return np.array([self.min_m, self.max_m])
 
 
 @dataclass(frozen=True)
-class RobotPlace:
+class RobotPlace(Config):
     """Where the robot's floor point stands in the world and where it looks."""
 
-    position_m: Any = (0.0, 0.0, 0.0)
+    position_m: Coordinates = (0.0, 0.0, 0.0)
     yaw_deg: float = 0.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "position_m", vector(self.position_m, "position_m"))
-        number(self.yaw_deg, "yaw_deg")
 
     def base_pose(self, base_height_m: float) -> np.ndarray:
         """T_world_base (4, 4) of a robot whose base link is `base_height_m` above its floor point."""
@@ -72,17 +57,40 @@ class RobotPlace:
 
 
 @dataclass(frozen=True)
-class ViewPoint:
+class ViewPoint(Config):
     """Camera of the scene's picture: horizontal field of view and where it stands, world frame."""
 
-    eye_m: Any = (2.5, -2.5, 2.0)
-    target_m: Any = (0.0, 0.0, 0.8)
-    fov_deg: float = 60.0
+    eye_m: Coordinates = (2.5, -2.5, 2.0)
+    target_m: Coordinates = (0.0, 0.0, 0.8)
+    fov_deg: Annotated[float, Range(5, 150)] = 60.0
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "eye_m", vector(self.eye_m, "eye_m"))
-        object.__setattr__(self, "target_m", vector(self.target_m, "target_m"))
-        number(self.fov_deg, "fov_deg", 5.0, 150.0)
+
+@dataclass(frozen=True)
+class _Box(Config):
+    size_m: tuple[Size, Size, Size]
+
+
+@dataclass(frozen=True)
+class _Cylinder(Config):
+    radius_m: Size
+    length_m: Size
+
+
+@dataclass(frozen=True)
+class _Sphere(Config):
+    radius_m: Size
+
+
+@dataclass(frozen=True)
+class _Mesh(Config):
+    file: str
+    scale: Size | tuple[Size, Size, Size] = 1.0
+
+
+@dataclass(frozen=True)
+class _Model(Config):
+    file: str
+    scale: Size = 1.0
 
 
 @dataclass(frozen=True)
@@ -111,21 +119,47 @@ class World:
 
 
 @dataclass(frozen=True)
-class _ObjectEntry:
+class _ObjectEntry(Config):
     """Keys of one object in a world file; exactly one of the shapes must be given."""
 
     name: str
-    position_m: Any = (0.0, 0.0, 0.0)
-    rpy_deg: Any = (0.0, 0.0, 0.0)
-    color: Any = (0.7, 0.7, 0.7)
+    position_m: Coordinates = (0.0, 0.0, 0.0)
+    rpy_deg: Coordinates = (0.0, 0.0, 0.0)
+    color: list[Share] = field(default_factory=lambda: [0.7, 0.7, 0.7])
     fixed: bool = True
-    mass_kg: float = 0.5
-    box: Any = None
-    cylinder: Any = None
-    sphere: Any = None
-    mesh: Any = None
-    urdf: Any = None
-    sdf: Any = None
+    mass_kg: Annotated[float, Range(1e-6, 1e9)] = 0.5
+    box: _Box | None = None
+    cylinder: _Cylinder | None = None
+    sphere: _Sphere | None = None
+    mesh: _Mesh | None = None
+    urdf: _Model | None = None
+    sdf: _Model | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if len(self.shapes) != 1:
+            given = ", ".join(self.shapes) or "none"
+            raise ConfigError(f"exactly one of {', '.join(SHAPES)} is needed, got {given}")
+        if not re.fullmatch(r"[\w.-]+", self.name):
+            raise ConfigError(f"name is {self.name!r:.80}; valid: letters, digits, '_', '-' or '.'")
+        if len(self.color) not in (3, 4):
+            raise ConfigError(f"color has {len(self.color)} numbers; valid: 3, or 4 with alpha")
+
+    @property
+    def shapes(self) -> list[str]:
+        """Which shapes are given."""
+        return [shape for shape in SHAPES if getattr(self, shape) is not None]
+
+
+@dataclass(frozen=True)
+class _WorldFile(Config):
+    """Keys of a world file; its objects are read one by one."""
+
+    description: object
+    bounds: Bounds
+    robot: RobotPlace | None = None
+    camera: ViewPoint | None = None
+    objects: list[object] | None = None
 
 
 def list_worlds() -> list[str]:
@@ -133,6 +167,7 @@ def list_worlds() -> list[str]:
     return sorted(path.stem for path in worlds_folder().glob("*.yaml"))
 
 
+@told_as(SimError)
 def load_world(name_or_path: str) -> World:
     """A world by name, by path of a YAML file, or as KIND:SEED (see worlds.kinds); without :SEED it is 0.
 
@@ -148,11 +183,7 @@ def load_world(name_or_path: str) -> World:
         raise SimError(
             f"unknown world {name_or_path!r}; valid: {', '.join([*list_worlds(), *seeded])}, or a path to a .yaml"
         )
-    try:
-        content = read_yaml_file(path)
-    except RobotDescriptionError as err:
-        raise SimError(str(err)) from err
-    return parse_world(content, path.stem, str(path))
+    return parse_world(read_yaml(path), path.stem, str(path))
 
 
 def _generated(kind: str, seed: str) -> World:
@@ -163,78 +194,48 @@ def _generated(kind: str, seed: str) -> World:
     return parse_world(generate(kind, int(seed)), f"{kind}_{seed}", f"{kind}:{seed}")
 
 
-def parse_world(content: Any, name: str, where: str) -> World:
+@told_as(SimError)
+def parse_world(content: object, name: str, where: str) -> World:
     """Check a world file's content. Raises SimError that starts with `where` and names the bad key."""
-    if not isinstance(content, dict):
-        raise SimError(f"{where}: a mapping is needed, got {type(content).__name__}")
-    known = ("description", "bounds", "robot", "camera", "objects")
-    unknown = [key for key in content if key not in known]
-    missing = [key for key in ("description", "bounds") if key not in content]
-    if unknown or missing:
-        problem = (
-            f"unknown key {', '.join(map(str, unknown))}" if unknown else f"missing key {', '.join(missing)}"
-        )
-        raise SimError(f"{where}: {problem}; known: {', '.join(known)}")
-    entries = content.get("objects") or []
-    if not isinstance(entries, list):
-        raise SimError(f"{where}: objects must be a list")
-    objects = tuple(parse_object(entry, f"{where}: object {i}") for i, entry in enumerate(entries))
+    file = from_mapping(_WorldFile, content, where)
+    objects = tuple(parse_object(entry, f"{where}: object {i}") for i, entry in enumerate(file.objects or []))
     names = [o.name for o in objects]
     twice = sorted({n for n in names if names.count(n) > 1})
     if twice:
         raise SimError(f"{where}: object name used twice: {', '.join(twice)}")
     return World(
         name=name,
-        description=str(content["description"]).strip(),
-        bounds=from_mapping(Bounds, content["bounds"], f"{where}: bounds"),
-        robot=from_mapping(RobotPlace, content.get("robot") or {}, f"{where}: robot"),
-        camera=from_mapping(ViewPoint, content.get("camera") or {}, f"{where}: camera"),
+        description=str(file.description).strip(),
+        bounds=file.bounds,
+        robot=file.robot or RobotPlace(),
+        camera=file.camera or ViewPoint(),
         objects=objects,
     )
 
 
-def parse_object(content: Any, where: str) -> WorldObject:
+@told_as(SimError)
+def parse_object(content: object, where: str) -> WorldObject:
     """One object of a world file (see _ObjectEntry for its keys). Raises SimError."""
+    if isinstance(content, dict) and isinstance(content.get("name"), str):
+        where = f"{where} ({content['name']:.80})"
     entry = from_mapping(_ObjectEntry, content, where)
-    where = f"{where} ({entry.name})"
-    shapes = [shape for shape in SHAPES if getattr(entry, shape) is not None]
-    if len(shapes) != 1:
-        raise SimError(f"{where}: exactly one of {', '.join(SHAPES)} is needed, got {shapes or 'none'}")
-    if not isinstance(entry.name, str) or not re.fullmatch(r"[\w.-]+", entry.name):
-        raise SimError(f"{where}: name must be letters, digits, '_', '-' or '.'")
-    color = list(entry.color) if isinstance(entry.color, (list, tuple)) else [None]
-    rgba = vector([*color, 1.0] if len(color) == 3 else color, f"{where}: color", 4, 0.0, 1.0)
+    (shape,) = entry.shapes
     return WorldObject(
         name=entry.name,
-        shape=shapes[0],
-        size=_parse_size(shapes[0], getattr(entry, shapes[0]), where),
-        T_world_object=from_rpy(
-            vector(entry.position_m, f"{where}: position_m"),
-            np.radians(vector(entry.rpy_deg, f"{where}: rpy_deg")),
-        ),
-        color=tuple(rgba),
-        fixed=bool(entry.fixed),
-        mass_kg=number(entry.mass_kg, f"{where}: mass_kg", 1e-6, 1e9),
+        shape=shape,
+        size=_size(getattr(entry, shape), where),
+        T_world_object=from_rpy(entry.position_m, np.radians(entry.rpy_deg)),
+        color=(*entry.color, 1.0)[:4],
+        fixed=entry.fixed,
+        mass_kg=entry.mass_kg,
     )
 
 
-def _parse_size(shape: str, content: Any, where: str) -> dict[str, Any]:
-    """The checked sizes of one shape: size_m (3,), radius_m, length_m, or file and scale (3,)."""
-    keys = _SHAPE_KEYS[shape]
-    if not isinstance(content, dict) or not set(content) <= set(keys):
-        raise SimError(f"{where}: {shape} takes the keys {', '.join(keys)}, got {content!r}")
-    missing = [key for key in keys if key not in content and key != "scale"]
-    if missing:
-        raise SimError(f"{where}: {shape} lacks {', '.join(missing)}")
-    out: dict[str, Any] = {}
-    for key, value in content.items():
-        if key == "file":
-            out[key] = resolve_file(value, where)
-        elif key == "size_m" or (shape == "mesh" and isinstance(value, list)):
-            out[key] = vector(value, f"{where}: {key}", low=_THIN)
-        else:
-            out[key] = number(value, f"{where}: {key}", _THIN, _FAR)
-    if shape in ("mesh", "urdf", "sdf"):
-        scale = out.setdefault("scale", 1.0)
-        out["scale"] = np.broadcast_to(scale, 3).astype(float) if shape == "mesh" else scale
+def _size(shape: _Box | _Cylinder | _Sphere | _Mesh | _Model, where: str) -> dict[str, Any]:
+    """The sizes of one shape: size_m (3,), radius_m, length_m, or file and scale; that of a mesh is (3,)."""
+    out = {key: np.array(value) if isinstance(value, tuple) else value for key, value in vars(shape).items()}
+    if "file" in out:
+        out["file"] = resolve_file(out["file"], where)
+    if isinstance(shape, _Mesh):
+        out["scale"] = np.broadcast_to(out["scale"], 3).astype(float)
     return out
