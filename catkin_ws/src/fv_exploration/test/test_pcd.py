@@ -161,6 +161,17 @@ def test_headers_that_contradict_themselves_are_refused(tmp_path, replaced, text
     refuse(tmp_path / "cloud.pcd", content, text)
 
 
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_cloud_of_no_points_is_one(tmp_path, kind):
+    warnings = []
+    assert read(tmp_path / "none.pcd", pcd(POINTS[:0], kind), warnings).points_sensor.shape == (0, 3)
+    assert warnings == []
+    if kind != "ascii":
+        head = pcd(POINTS, kind, HEIGHT=0, POINTS=0)
+        assert read(tmp_path / "none.pcd", head, warnings).points_sensor.shape == (0, 3)
+        assert "after its 0 points were not read" in warnings[0]
+
+
 def test_bodies_that_do_not_fit_are_refused_or_told(tmp_path):
     path, head = tmp_path / "cloud.pcd", pcd(POINTS[:0], "ascii", WIDTH=2, POINTS=2)
     refuse(path, head + b"1 2 3\n", "1 lines of points; its header says 2")

@@ -155,6 +155,9 @@ MapFile read(const Hdf5Reader& file) {
   map.pivots = {file.number("pivot_m"), vectorOf(file, "reach_center")};
   map.grid = readGrid(file);
   map.view_directions = -matrixOf<3>(file.array<double>("directions/outward", 2), "directions/outward");
+  const Eigen::ArrayXd lengths = map.view_directions.rowwise().norm().array();
+  require(lengths.size() > 0 && ((lengths - 1.0).abs() < 1e-6).all(),
+          "directions/outward has no unit vector");
   map.bits = readBits(file, map.grid, map.view_directions.rows());
   map.shapes = readShapes(file, map.bits.words.size() / static_cast<size_t>(map.bits.words_per_row));
   readWitnesses(file, map);

@@ -85,13 +85,22 @@ std::optional<Eigen::VectorXd> RobotState::joints(const std::vector<std::string>
   return std::nullopt;
 }
 
+std::string RobotState::knownFrames() const {
+  std::vector<std::string> frames;
+  buffer_._getFrameStrings(frames);
+  std::sort(frames.begin(), frames.end());
+  std::string text;
+  for (const auto& frame : frames) text += (text.empty() ? "" : ", ") + frame;
+  return text.empty() ? "none" : text;
+}
+
 Eigen::Isometry3d RobotState::transform(const std::string& target, const std::string& source) const {
   if (target == source) return Eigen::Isometry3d::Identity();
   try {
     return isometryFromMsg(buffer_.lookupTransform(target, source, ros::Time(0)).transform);
   } catch (const tf2::TransformException& error) {
     throw std::invalid_argument("no transform from '" + source + "' to '" + target +
-                                "'; known frames: " + buffer_.allFramesAsString());
+                                "'; known frames: " + knownFrames());
   }
 }
 

@@ -33,6 +33,7 @@ class RobotState {
  private:
   void onJointState(const sensor_msgs::JointStateConstPtr& msg);
   std::string problemOf(std::size_t joint, const ros::Time& now) const;
+  std::string knownFrames() const;  ///< Of TF, for messages.
 
   std::shared_ptr<const fv_robot_model::RobotModel> model_;
   double timeout_s_;

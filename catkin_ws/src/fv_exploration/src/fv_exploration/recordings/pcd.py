@@ -18,6 +18,7 @@ Array = NDArray[np.float64]
 
 MAX_HEADER = 100_000
 KINDS = {"F": ("f", (4, 8)), "I": ("i", (1, 2, 4, 8)), "U": ("u", (1, 2, 4, 8))}
+NO_COMPRESSED_POINTS = bytes(8)  # their two sizes
 PADDING = "_"
 KEYS = ("FIELDS", "SIZE", "TYPE", "COUNT", "WIDTH", "HEIGHT", "VIEWPOINT", "POINTS", "DATA")
 NO_NUMBER = re.compile(rb"[+-]?(1\.#\w+|nan\(\w*\))", re.IGNORECASE)
@@ -59,7 +60,9 @@ def pcd_scan(data: bytes, warn: Warn) -> tuple[Array, Array]:
     columns = {"ascii": _ascii, "binary": _binary, "binary_compressed": _compressed}
     if header.data not in columns:
         raise RecordingError(f"DATA is {header.data!r}; valid: {', '.join(columns)}")
-    if header.points == 0 and not body.strip():
+    if header.points == 0 and (header.data != "ascii" or not body.strip()):
+        if len(body) > len(NO_COMPRESSED_POINTS):
+            warn(f"{len(body)} bytes after its 0 points were not read")
         return np.zeros((0, 3)), header.T_map_sensor
     points = np.stack(columns[header.data](body, header, warn), axis=1)
     if header.data != "ascii" and points.dtype.kind == "f":
