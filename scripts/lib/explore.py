@@ -29,7 +29,7 @@ def names(pattern: str) -> str:
 
 
 def parse_arguments(words: list[str]) -> argparse.Namespace:
-    """The command line, checked as far as it can be without starting anything."""
+    """The command line, checked."""
     parser = last_resort.Parser(
         prog="scripts/explore",
         description="Explore a simulated world with a robot arm that carries a depth camera.",
@@ -77,6 +77,12 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
         help="let other shells and hosts reach the run's nodes (default: a network of its own; docs/security.md)",
     )
     arguments = parser.parse_args(words)
+    check(arguments)
+    return arguments
+
+
+def check(arguments: argparse.Namespace) -> None:
+    """Raise SessionError for what can be seen to be wrong without starting anything."""
     for name in ("views", "seconds", "seed"):
         if not math.isfinite(getattr(arguments, name)) or getattr(arguments, name) < 0:
             raise SessionError(f"--{name} is {getattr(arguments, name)}; valid: 0 or a number above")
@@ -88,7 +94,6 @@ def parse_arguments(words: list[str]) -> argparse.Namespace:
         raise SessionError(
             "--rviz needs a display, and DISPLAY is not set; leave it out: pictures are taken anyway"
         )
-    return arguments
 
 
 def close_doors(arguments: argparse.Namespace) -> str:

@@ -75,9 +75,7 @@ def too_long(path: Path) -> list[str]:
         near = lines[max(0, function.first - 2) : function.first + 1]
         if size > FUNCTION_LINES and not any(REASON.search(line) for line in near):
             where = f"{path}:{function.first}: {function.name} has {size} lines"
-            found.append(
-                f"{where} has {size} lines; valid: up to {FUNCTION_LINES}, or a comment 'long: reason' beside it"
-            )
+            found.append(f"{where}; valid: up to {FUNCTION_LINES}, or a comment 'long: reason' beside it")
     return found
 
 
