@@ -1,7 +1,7 @@
 #include "bindings.h"
 #include "capability_map/capability_query.h"
 #include "capability_map/seed_lookup.h"
-#include "capability_map/view_direction.h"
+#include "view_direction.h"
 
 namespace capability_map {
 namespace {

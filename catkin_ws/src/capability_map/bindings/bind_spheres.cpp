@@ -1,5 +1,5 @@
 #include "bindings.h"
-#include "capability_map/sphere_builder.h"
+#include "sphere_builder.h"
 
 namespace capability_map {
 namespace {

@@ -1,10 +1,10 @@
 find_package(HDF5 REQUIRED COMPONENTS C)
 find_package(OpenSSL REQUIRED COMPONENTS Crypto)
-file(GLOB FILE CONFIGURE_DEPENDS ${PACKAGE}/src/file/*.cpp)
+file(GLOB FILE CONFIGURE_DEPENDS ${PACKAGE}/src/core/file/*.cpp)
 set(CORE "")
 foreach(name capability_query direction_lookup seed_lookup shape_fit sphere_grid view_direction)
-  list(APPEND CORE ${PACKAGE}/src/${name}.cpp)
+  list(APPEND CORE ${PACKAGE}/src/core/${name}.cpp)
 endforeach()
 fv_fuzz_core(capability_core SOURCES ${CORE} ${FILE}
-  INCLUDES ${PACKAGE}/include ${PACKAGE}/src ${HDF5_INCLUDE_DIRS} LIBRARIES ${HDF5_C_LIBRARIES} OpenSSL::Crypto)
+  INCLUDES ${PACKAGE}/include ${PACKAGE}/src/core ${HDF5_INCLUDE_DIRS} LIBRARIES ${HDF5_C_LIBRARIES} OpenSSL::Crypto)
 fv_fuzz_target(capability_map map_file capability_core)

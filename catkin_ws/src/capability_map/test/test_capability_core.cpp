@@ -11,7 +11,7 @@
 #include "capability_map/direction_lookup.h"
 #include "capability_map/shape_fit.h"
 #include "capability_map/sphere_grid.h"
-#include "capability_map/view_direction.h"
+#include "view_direction.h"
 
 namespace capability_map {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <random>
 
-#include "capability_map/roll_search.h"
+#include "roll_search.h"
 
 namespace capability_map {
 namespace {

@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "fv_exploration/parallel.h"
+#include "parallel.h"
 
 namespace {
 

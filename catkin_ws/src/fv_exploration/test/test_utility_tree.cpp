@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-#include "fv_exploration/utility_tree.h"
+#include "utility_tree.h"
 
 namespace {
 

@@ -1,5 +1,5 @@
 #include "bindings.h"
-#include "fv_robot_model/triangle_mesh.h"
+#include "triangle_mesh.h"
 
 namespace fv_robot_model {
 namespace {

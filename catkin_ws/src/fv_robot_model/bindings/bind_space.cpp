@@ -1,5 +1,5 @@
 #include "bindings.h"
-#include "fv_robot_model/body_voxels.h"
+#include "body_voxels.h"
 #include "fv_robot_model/sphere_cover.h"
 
 namespace fv_robot_model {

@@ -14,9 +14,7 @@ PYBIND11_MODULE(_core, m) {
   bindSelfCollision(m);
   bindSelfFilter(m);
   bindSpace(m);
-#ifdef FV_ROBOT_MODEL_HAS_IK
   bindIk(m);
-#endif
 }
 
 }  // namespace fv_robot_model

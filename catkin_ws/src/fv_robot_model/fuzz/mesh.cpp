@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "fv_robot_model/triangle_mesh.h"
+#include "triangle_mesh.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, std::size_t size) {
   static const std::array<const char*, 3> kEndings{".stl", ".obj", ".dae"};

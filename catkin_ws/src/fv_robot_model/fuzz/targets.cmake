@@ -5,9 +5,9 @@ find_package(PkgConfig REQUIRED)
 pkg_check_modules(URDFDOM REQUIRED IMPORTED_TARGET urdfdom)
 set(CORE "")
 foreach(name convex_hull mesh mesh_collada mesh_obj mesh_stl robot_model robot_model_srdf robot_model_urdf shape srdf types urdf_check urdf_text)
-  list(APPEND CORE ${PACKAGE}/src/${name}.cpp)
+  list(APPEND CORE ${PACKAGE}/src/core/${name}.cpp)
 endforeach()
-fv_fuzz_core(robot_core SOURCES ${CORE} INCLUDES ${PACKAGE}/include ${PACKAGE}/src
+fv_fuzz_core(robot_core SOURCES ${CORE} INCLUDES ${PACKAGE}/include ${PACKAGE}/src/core
   LIBRARIES PkgConfig::URDFDOM ${console_bridge_LIBRARIES} tinyxml2::tinyxml2 Qhull::qhull_r)
 fv_fuzz_target(fv_robot_model mesh robot_core)
 fv_fuzz_target(fv_robot_model robot_xml robot_core)

@@ -5,7 +5,7 @@
 #include <fstream>
 
 #include "fv_robot_model/robot_model.h"
-#include "fv_robot_model/triangle_mesh.h"
+#include "triangle_mesh.h"
 
 namespace fv_robot_model {
 namespace {

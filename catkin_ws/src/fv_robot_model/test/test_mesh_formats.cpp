@@ -6,8 +6,8 @@
 #include <random>
 #include <vector>
 
-#include "../src/mesh_formats.h"
 #include "fv_robot_model/robot_model.h"
+#include "mesh_formats.h"
 
 namespace fv_robot_model {
 namespace {

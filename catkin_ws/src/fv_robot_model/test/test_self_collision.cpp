@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "../src/box_overlap.h"
+#include "box_overlap.h"
 #include "example_robot.h"
 #include "fv_robot_model/fcl_geometry.h"
 #include "fv_robot_model/self_collision.h"

@@ -6,8 +6,8 @@
 #include <set>
 #include <tuple>
 
+#include "body_voxels.h"
 #include "example_robot.h"
-#include "fv_robot_model/body_voxels.h"
 #include "fv_robot_model/sphere_cover.h"
 
 namespace fv_robot_model {

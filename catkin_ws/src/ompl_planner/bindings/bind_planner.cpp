@@ -4,11 +4,12 @@
 
 #include "bindings.h"
 #include "convert.h"
+#include "octree_collision.h"
 #include "ompl_planner/motion_planner.h"
-#include "ompl_planner/octree_collision.h"
-#include "ompl_planner/path_search.h"
-#include "ompl_planner/scenes.h"
-#include "ompl_planner/state_checker.h"
+#include "path_search.h"
+#include "prepared_world.h"
+#include "scenes.h"
+#include "state_checker.h"
 
 namespace py = pybind11;
 

@@ -4,7 +4,7 @@
 #include <stdexcept>
 
 #include "bindings.h"
-#include "ompl_planner/scenes.h"
+#include "scenes.h"
 
 namespace py = pybind11;
 

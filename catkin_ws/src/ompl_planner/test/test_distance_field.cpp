@@ -6,8 +6,8 @@
 #include <cmath>
 #include <random>
 
-#include "ompl_planner/distance_field.h"
-#include "ompl_planner/scenes.h"
+#include "distance_field.h"
+#include "scenes.h"
 
 namespace ompl_planner {
 namespace {

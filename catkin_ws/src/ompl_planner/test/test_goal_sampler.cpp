@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "ompl_planner/goal_sampler.h"
+#include "goal_sampler.h"
 
 namespace ompl_planner {
 namespace {

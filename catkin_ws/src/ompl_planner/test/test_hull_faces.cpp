@@ -6,8 +6,8 @@
 
 #include <random>
 
-#include "ompl_planner/hull_faces.h"
-#include "ompl_planner/world_collision.h"
+#include "hull_faces.h"
+#include "world_collision.h"
 
 namespace ompl_planner {
 namespace {

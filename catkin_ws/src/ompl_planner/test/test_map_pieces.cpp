@@ -4,9 +4,9 @@
 
 #include <random>
 
-#include "ompl_planner/obstacle_blocks.h"
-#include "ompl_planner/roadmap_memory.h"
-#include "ompl_planner/scenes.h"
+#include "obstacle_blocks.h"
+#include "roadmap_memory.h"
+#include "scenes.h"
 
 namespace ompl_planner {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "ompl_planner/path_search.h"
+#include "path_search.h"
 
 namespace ompl_planner {
 namespace {

@@ -4,7 +4,7 @@
 #include <random>
 #include <string>
 
-#include "ompl_planner/reach.h"
+#include "reach.h"
 
 namespace ompl_planner {
 namespace {

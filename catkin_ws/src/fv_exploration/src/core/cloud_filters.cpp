@@ -1,5 +1,5 @@
 // The only file with PCL's headers: they are slow to compile.
-#include "fv_exploration/cloud_filters.h"
+#include "cloud_filters.h"
 
 #include <pcl/filters/radius_outlier_removal.h>
 #include <pcl/filters/statistical_outlier_removal.h>

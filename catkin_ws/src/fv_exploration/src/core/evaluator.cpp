@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "fv_exploration/parallel.h"
 #include "marked_tiles.h"
+#include "parallel.h"
 #include "row_classes.h"
 
 namespace fv {

@@ -4,8 +4,8 @@
 #include <numeric>
 
 #include "fv_exploration/evaluator.h"
-#include "fv_exploration/parallel.h"
 #include "marked_tiles.h"
+#include "parallel.h"
 #include "union_find.h"
 
 namespace fv {

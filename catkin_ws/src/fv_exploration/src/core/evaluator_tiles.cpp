@@ -5,8 +5,8 @@
 #include <cstring>
 
 #include "fv_exploration/evaluator.h"
-#include "fv_exploration/parallel.h"
 #include "marked_tiles.h"
+#include "parallel.h"
 #include "row_classes.h"
 
 namespace fv {

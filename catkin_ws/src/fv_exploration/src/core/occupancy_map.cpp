@@ -4,8 +4,8 @@
 #include <chrono>
 #include <cmath>
 
-#include "fv_exploration/parallel.h"
 #include "lane_kernels.h"
+#include "parallel.h"
 #include "ray_walk.h"
 
 namespace fv {

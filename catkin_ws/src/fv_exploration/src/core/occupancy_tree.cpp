@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "concatenate.h"
-#include "fv_exploration/parallel.h"
+#include "parallel.h"
 
 namespace fv {
 

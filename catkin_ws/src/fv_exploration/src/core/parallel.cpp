@@ -1,4 +1,4 @@
-#include "fv_exploration/parallel.h"
+#include "parallel.h"
 
 #include <pthread.h>
 

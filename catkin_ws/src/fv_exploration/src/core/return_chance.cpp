@@ -1,11 +1,11 @@
-#include "fv_exploration/return_chance.h"
+#include "return_chance.h"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "fv_exploration/parallel.h"
 #include "grid_walk.h"
+#include "parallel.h"
 
 namespace fv {
 

@@ -6,8 +6,8 @@
 #include <unordered_map>
 
 #include "concatenate.h"
-#include "fv_exploration/parallel.h"
 #include "mark_kernel.h"
+#include "parallel.h"
 #include "ray_walk.h"
 
 namespace fv {

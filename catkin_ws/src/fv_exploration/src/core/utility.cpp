@@ -6,8 +6,8 @@
 #include <numeric>
 #include <unordered_map>
 
-#include "fv_exploration/parallel.h"
 #include "lane_kernels.h"
+#include "parallel.h"
 #include "zeroed_array.h"
 
 namespace fv {

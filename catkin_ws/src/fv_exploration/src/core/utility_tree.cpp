@@ -1,4 +1,4 @@
-#include "fv_exploration/utility_tree.h"
+#include "utility_tree.h"
 
 #include <octomap/ColorOcTree.h>
 

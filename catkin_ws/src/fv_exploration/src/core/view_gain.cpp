@@ -6,8 +6,8 @@
 #include <limits>
 
 #include "fv_exploration/big_vector.h"
-#include "fv_exploration/parallel.h"
 #include "lane_kernels.h"
+#include "parallel.h"
 
 namespace fv {
 

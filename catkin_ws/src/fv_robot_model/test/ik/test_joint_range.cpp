@@ -2,7 +2,7 @@
 
 #include <random>
 
-#include "../../src/ik/joint_range.h"
+#include "ik/joint_range.h"
 
 namespace fv_robot_model::ik {
 namespace {

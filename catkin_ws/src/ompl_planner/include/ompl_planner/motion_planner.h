@@ -15,12 +15,13 @@
 #include <vector>
 
 #include "ompl_planner/config.h"
-#include "ompl_planner/path_search.h"
 #include "ompl_planner/plan_types.h"
-#include "ompl_planner/prepared_world.h"
-#include "ompl_planner/roadmap_memory.h"
 
 namespace ompl_planner {
+
+class RoadmapMemory;
+struct SearchProblem;
+class WorldMemory;
 
 /// Velocity and acceleration limit of a joint; 0 where none is given.
 struct JointRates {
@@ -114,7 +115,7 @@ class MotionPlanner {
   mutable std::map<std::string, std::pair<double, std::shared_ptr<const fv_robot_model::ik::IkSolver>>>
       ik_;  ///< By group: the angle tolerance it was made for, and the solver.
   mutable std::mutex roadmaps_mutex_;
-  std::unique_ptr<RoadmapMemory> roadmaps_{std::make_unique<RoadmapMemory>()};
+  std::shared_ptr<RoadmapMemory> roadmaps_;
 };
 
 }  // namespace ompl_planner

@@ -12,7 +12,6 @@
 
 #include "ompl_planner/time_parameterization.h"
 #include "ompl_planner/voxel_grid.h"
-#include "ompl_planner/world_collision.h"
 
 namespace ompl_planner {
 

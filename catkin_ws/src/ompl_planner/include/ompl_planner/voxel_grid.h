@@ -15,6 +15,9 @@ namespace ompl_planner {
 
 enum class Voxel : std::uint8_t { Unknown = 0, Free = 1, Occupied = 2 };
 
+/// How unknown space is taken.
+enum class UnknownSpace : std::uint8_t { Obstacle = 0, Free = 1, FreeNearStart = 2 };
+
 /// Integer number of a voxel: voxel k spans [k, k + 1) * resolution on each axis of the map frame, as
 /// OctoMap's.
 using VoxelIndex = Eigen::Vector3i;

@@ -1,4 +1,4 @@
-#include "ompl_planner/distance_field.h"
+#include "distance_field.h"
 
 #include <algorithm>
 #include <cmath>

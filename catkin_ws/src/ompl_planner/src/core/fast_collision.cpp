@@ -1,4 +1,4 @@
-#include "ompl_planner/fast_collision.h"
+#include "fast_collision.h"
 
 #include <fv_robot_model/sphere_cover.h>
 

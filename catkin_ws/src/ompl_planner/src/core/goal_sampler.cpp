@@ -1,4 +1,4 @@
-#include "ompl_planner/goal_sampler.h"
+#include "goal_sampler.h"
 
 #include <fv_robot_model/ik/group_solver.h>
 
@@ -10,7 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "ompl_planner/pose_target.h"
+#include "pose_target.h"
 
 namespace ompl_planner {
 namespace {

@@ -1,4 +1,4 @@
-#include "ompl_planner/hull_faces.h"
+#include "hull_faces.h"
 
 #include <numeric>
 #include <stdexcept>

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "ompl_planner/goal_sampler.h"
-#include "ompl_planner/request_check.h"
+#include "goal_sampler.h"
+#include "request_check.h"
 
 namespace ompl_planner {
 namespace {

@@ -5,11 +5,12 @@
 #include <optional>
 #include <stdexcept>
 
-#include "ompl_planner/path_search.h"
-#include "ompl_planner/prepared_world.h"
-#include "ompl_planner/reach.h"
-#include "ompl_planner/request_check.h"
+#include "path_search.h"
 #include "planning_job.h"
+#include "prepared_world.h"
+#include "reach.h"
+#include "request_check.h"
+#include "roadmap_memory.h"
 
 namespace ompl_planner {
 namespace {
@@ -29,7 +30,7 @@ double detourBound(const JointPath& path, double detour_ratio, std::uint32_t sea
 
 MotionPlanner::MotionPlanner(std::shared_ptr<const RobotModel> model,
                              const std::map<std::string, JointRates>& rates, const PlannerConfig& config)
-    : model_(std::move(model)), rates_(rates), config_(config) {
+    : model_(std::move(model)), rates_(rates), config_(config), roadmaps_(std::make_shared<RoadmapMemory>()) {
   config_.validate();
   checkPlannerName(config_.planner);
   worlds_ = std::make_shared<WorldMemory>(config_.field_cap_m, config_.padding_m + config_.search_margin_m,

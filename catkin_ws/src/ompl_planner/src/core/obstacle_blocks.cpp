@@ -1,4 +1,4 @@
-#include "ompl_planner/obstacle_blocks.h"
+#include "obstacle_blocks.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "ompl_planner/octree_collision.h"
+#include "octree_collision.h"
 
 #include <fcl/geometry/octree/octree.h>
 #include <fcl/narrowphase/collision.h>

@@ -10,7 +10,7 @@
 #include <optional>
 #include <string>
 
-#include "ompl_planner/path_search.h"
+#include "path_search.h"
 
 namespace ompl_planner {
 

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "ompl_planner/path_shortcut.h"
-#include "ompl_planner/request_check.h"
+#include "path_shortcut.h"
 #include "planning_job.h"
+#include "request_check.h"
 
 namespace ompl_planner {
 namespace {

@@ -1,4 +1,4 @@
-#include "ompl_planner/path_search.h"
+#include "path_search.h"
 
 #include <ompl/base/SpaceInformation.h>
 #include <ompl/base/goals/GoalStates.h>

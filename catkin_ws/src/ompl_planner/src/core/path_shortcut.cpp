@@ -1,4 +1,4 @@
-#include "ompl_planner/path_shortcut.h"
+#include "path_shortcut.h"
 
 #include <algorithm>
 #include <random>

@@ -5,9 +5,9 @@
 #include <memory>
 #include <string>
 
-#include "ompl_planner/goal_sampler.h"
+#include "goal_sampler.h"
 #include "ompl_planner/motion_planner.h"
-#include "ompl_planner/state_checker.h"
+#include "state_checker.h"
 
 namespace ompl_planner {
 

@@ -1,4 +1,4 @@
-#include "ompl_planner/pose_target.h"
+#include "pose_target.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
-#include "ompl_planner/prepared_world.h"
+#include "prepared_world.h"
 
-#include "ompl_planner/reach.h"
+#include "reach.h"
 
 namespace ompl_planner {
 namespace {

@@ -1,4 +1,4 @@
-#include "ompl_planner/reach.h"
+#include "reach.h"
 
 #include <algorithm>
 #include <cmath>

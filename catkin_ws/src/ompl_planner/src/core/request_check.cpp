@@ -1,10 +1,10 @@
-#include "ompl_planner/request_check.h"
+#include "request_check.h"
 
 #include <cmath>
 #include <set>
 #include <stdexcept>
 
-#include "ompl_planner/path_search.h"
+#include "path_search.h"
 
 namespace ompl_planner {
 namespace {

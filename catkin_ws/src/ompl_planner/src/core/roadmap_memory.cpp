@@ -1,4 +1,4 @@
-#include "ompl_planner/roadmap_memory.h"
+#include "roadmap_memory.h"
 
 #include <ompl/geometric/planners/prm/LazyPRM.h>
 #include <ompl/geometric/planners/prm/PRM.h>

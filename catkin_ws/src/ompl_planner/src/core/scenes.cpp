@@ -1,4 +1,4 @@
-#include "ompl_planner/scenes.h"
+#include "scenes.h"
 
 #include <octomap/OcTree.h>
 

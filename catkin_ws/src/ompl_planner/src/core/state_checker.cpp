@@ -1,4 +1,4 @@
-#include "ompl_planner/state_checker.h"
+#include "state_checker.h"
 
 #include <algorithm>
 #include <cmath>

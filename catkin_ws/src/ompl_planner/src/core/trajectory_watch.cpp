@@ -1,11 +1,11 @@
-#include "ompl_planner/trajectory_watch.h"
+#include "trajectory_watch.h"
 
 #include <algorithm>
 #include <stdexcept>
 
-#include "ompl_planner/request_check.h"
-#include "ompl_planner/state_checker.h"
-#include "ompl_planner/world_collision.h"
+#include "request_check.h"
+#include "state_checker.h"
+#include "world_collision.h"
 
 namespace ompl_planner {
 namespace {

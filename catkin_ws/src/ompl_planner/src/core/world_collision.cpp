@@ -1,4 +1,4 @@
-#include "ompl_planner/world_collision.h"
+#include "world_collision.h"
 
 #include <fcl/geometry/shape/box.h>
 #include <fcl/narrowphase/collision.h>

@@ -8,7 +8,7 @@
 #include <sstream>
 #include <stdexcept>
 
-#include "ompl_planner/request_check.h"
+#include "request_check.h"
 
 namespace ompl_planner {
 namespace {

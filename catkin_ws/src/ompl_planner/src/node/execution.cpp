@@ -7,8 +7,8 @@
 #include <thread>
 
 #include "conversions.h"
-#include "ompl_planner/trajectory_watch.h"
 #include "ros_stopwatch.h"
+#include "trajectory_watch.h"
 
 namespace ompl_planner {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <stdexcept>
 
-#include "ompl_planner/request_check.h"
+#include "request_check.h"
 
 namespace ompl_planner {
 namespace {

@@ -8,7 +8,7 @@
 #include <map>
 #include <random>
 
-#include "../core/lane_kernels.h"
+#include "lane_kernels.h"
 
 namespace fv {
 

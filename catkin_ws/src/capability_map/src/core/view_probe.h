@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "capability_map/roll_search.h"
-#include "capability_map/tip_contact.h"
 #include "fv_robot_model/ik/group_solver.h"
 #include "fv_robot_model/robot_model.h"
 #include "fv_robot_model/self_collision.h"
+#include "roll_search.h"
+#include "tip_contact.h"
 
 namespace capability_map {
 

@@ -1,4 +1,4 @@
-#include "fv_robot_model/body_voxels.h"
+#include "body_voxels.h"
 
 #include <cmath>
 #include <cstdint>

@@ -10,7 +10,7 @@
 
 #include "ompl_planner/config.h"
 #include "ompl_planner/plan_types.h"
-#include "ompl_planner/state_checker.h"
+#include "state_checker.h"
 
 namespace ompl_planner {
 

@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "capability_map/view_direction.h"
+#include "view_direction.h"
 
 namespace capability_map {
 

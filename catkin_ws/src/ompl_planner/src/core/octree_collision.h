@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "ompl_planner/fast_collision.h"
+#include "fast_collision.h"
 #include "ompl_planner/voxel_grid.h"
 
 namespace ompl_planner {

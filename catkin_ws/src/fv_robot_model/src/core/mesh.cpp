@@ -6,9 +6,9 @@
 #include <fstream>
 #include <iterator>
 
-#include "fv_robot_model/triangle_mesh.h"
 #include "internal.h"
 #include "mesh_formats.h"
+#include "triangle_mesh.h"
 
 namespace fv_robot_model {
 namespace {

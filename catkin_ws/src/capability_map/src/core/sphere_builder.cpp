@@ -1,4 +1,4 @@
-#include "capability_map/sphere_builder.h"
+#include "sphere_builder.h"
 
 #include <stdexcept>
 #include <string>

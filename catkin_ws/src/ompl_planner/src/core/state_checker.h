@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "ompl_planner/fast_collision.h"
+#include "fast_collision.h"
 #include "ompl_planner/time_parameterization.h"
-#include "ompl_planner/world_collision.h"
+#include "world_collision.h"
 
 namespace ompl_planner {
 

@@ -1,4 +1,4 @@
-#include "capability_map/tip_contact.h"
+#include "tip_contact.h"
 
 #include <random>
 

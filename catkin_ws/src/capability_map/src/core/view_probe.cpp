@@ -1,10 +1,10 @@
-#include "capability_map/view_probe.h"
+#include "view_probe.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "capability_map/view_direction.h"
+#include "view_direction.h"
 
 namespace capability_map {
 

@@ -3,7 +3,7 @@
 #include <sstream>
 
 #include "bindings.h"
-#include "fv_exploration/utility_tree.h"
+#include "utility_tree.h"
 
 namespace fv {
 

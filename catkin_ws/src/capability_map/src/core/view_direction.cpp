@@ -1,4 +1,4 @@
-#include "capability_map/view_direction.h"
+#include "view_direction.h"
 
 #include <cmath>
 #include <sstream>

@@ -10,10 +10,10 @@
 #include <string>
 #include <utility>
 
-#include "ompl_planner/distance_field.h"
-#include "ompl_planner/fast_collision.h"
-#include "ompl_planner/octree_collision.h"
-#include "ompl_planner/world_collision.h"
+#include "distance_field.h"
+#include "fast_collision.h"
+#include "octree_collision.h"
+#include "world_collision.h"
 
 namespace ompl_planner {
 

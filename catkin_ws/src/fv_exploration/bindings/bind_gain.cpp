@@ -1,8 +1,8 @@
 #include <optional>
 
 #include "bindings.h"
-#include "fv_exploration/return_chance.h"
 #include "fv_exploration/view_gain.h"
+#include "return_chance.h"
 
 namespace fv {
 

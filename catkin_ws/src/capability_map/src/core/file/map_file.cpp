@@ -9,8 +9,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "capability_map/view_direction.h"
 #include "hdf5_reader.h"
+#include "view_direction.h"
 
 namespace capability_map {
 

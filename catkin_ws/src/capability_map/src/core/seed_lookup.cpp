@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "capability_map/view_direction.h"
+#include "view_direction.h"
 
 namespace capability_map {
 

@@ -1,4 +1,4 @@
-#include "capability_map/roll_search.h"
+#include "roll_search.h"
 
 #include <Eigen/LU>
 #include <algorithm>

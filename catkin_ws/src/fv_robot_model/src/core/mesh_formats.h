@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "fv_robot_model/triangle_mesh.h"
+#include "triangle_mesh.h"
 
 namespace fv_robot_model {
 

@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "fv_robot_model/triangle_mesh.h"
 #include "internal.h"
+#include "triangle_mesh.h"
 
 namespace fv_robot_model {
 

@@ -8,8 +8,8 @@
 #include <memory>
 #include <vector>
 
-#include "ompl_planner/distance_field.h"
-#include "ompl_planner/world_collision.h"
+#include "distance_field.h"
+#include "world_collision.h"
 
 namespace ompl_planner {
 

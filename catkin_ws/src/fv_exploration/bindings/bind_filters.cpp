@@ -1,5 +1,5 @@
 #include "bindings.h"
-#include "fv_exploration/cloud_filters.h"
+#include "cloud_filters.h"
 
 namespace fv {
 

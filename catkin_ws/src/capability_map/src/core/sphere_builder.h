@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "capability_map/sphere_grid.h"
-#include "capability_map/view_probe.h"
+#include "view_probe.h"
 
 namespace capability_map {
 

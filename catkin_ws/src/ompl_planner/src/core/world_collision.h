@@ -11,14 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "ompl_planner/hull_faces.h"
-#include "ompl_planner/obstacle_blocks.h"
+#include "hull_faces.h"
+#include "obstacle_blocks.h"
 #include "ompl_planner/voxel_grid.h"
 
 namespace ompl_planner {
-
-/// How unknown space is taken.
-enum class UnknownSpace : std::uint8_t { Obstacle = 0, Free = 1, FreeNearStart = 2 };
 
 /// A link in a voxel.
 struct WorldContact {

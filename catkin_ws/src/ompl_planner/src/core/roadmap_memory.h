@@ -9,9 +9,9 @@
 #include <optional>
 #include <string>
 
-#include "ompl_planner/path_search.h"
 #include "ompl_planner/voxel_grid.h"
-#include "ompl_planner/world_collision.h"
+#include "path_search.h"
+#include "world_collision.h"
 
 namespace ompl_planner {
 
