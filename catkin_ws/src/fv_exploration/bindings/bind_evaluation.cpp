@@ -3,7 +3,9 @@
 #include <cmath>
 
 #include "bindings.h"
+#include "convex_hull.h"
 #include "fv_exploration/evaluator.h"
+#include "void_clusters.h"
 
 namespace fv {
 

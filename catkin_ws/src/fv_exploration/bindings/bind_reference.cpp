@@ -6,8 +6,10 @@
 
 #include "bind_lanes.h"
 #include "bindings.h"
+#include "convex_hull.h"
 #include "fv_exploration/evaluator.h"
 #include "fv_exploration/utility.h"
+#include "void_clusters.h"
 
 namespace fv {
 
@@ -118,9 +120,7 @@ py::tuple plainClusters(const Voxels& voxels, const EvaluationConfig& config, do
       if (a->id > b->id) std::swap(a, b);
       const std::tuple key(Moments::squaredDistance(a->moments, b->moments), a->id, b->id);
       if (best >= 0 && !(key < best_key)) continue;
-      Moments both = a->moments;
-      both += b->moments;
-      if (ellipsoidFit(both, rule.model) < rule.min_fit) continue;
+      if (!rule.accepts(a->moments + b->moments)) continue;
       best = i;
       best_key = key;
     }

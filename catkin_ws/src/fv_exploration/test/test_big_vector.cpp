@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "fv_exploration/big_vector.h"
+#include "big_vector.h"
 
 namespace {
 

@@ -7,7 +7,7 @@
 #include <ctime>
 #include <random>
 
-#include "fv_exploration/convex_hull.h"
+#include "convex_hull.h"
 
 namespace {
 

@@ -25,6 +25,8 @@ constexpr int kTileVoxels = kTile * kTile * kTile;
 
 /// What the map says of a voxel. kOutside: beyond the exploration volume, neither known nor wanted.
 enum Class : uint8_t { kUnknown = 0, kFree = 1, kOccupied = 2, kOutside = 3 };
+/// A voxel's byte in an evaluation: the class, and beside it what was found.
+constexpr uint8_t kClassMask = 3, kFrontierFlag = 4, kVoidFlag = 8;
 
 /// Floor of a / b for b > 0.
 inline int floorDiv(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }

@@ -7,7 +7,7 @@
 #include <iterator>
 #include <vector>
 
-#include "fv_exploration/big_vector.h"
+#include "big_vector.h"
 
 namespace fv {
 

@@ -1,4 +1,4 @@
-#include "fv_exploration/convex_hull.h"
+#include "convex_hull.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "fv_exploration/convex_hull.h"
+#include "convex_hull.h"
 
 namespace fv {
 

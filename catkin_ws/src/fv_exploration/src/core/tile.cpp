@@ -1,4 +1,4 @@
-#include "fv_exploration/tile.h"
+#include "tile.h"
 
 #include <algorithm>
 #include <cstring>
@@ -304,7 +304,7 @@ VoidGraph clusterTile(const TileMask& voids, const Voxel& corner, const ClusterR
     whole[component].moments.addRow(first, length);
   });
   std::vector<uint8_t> fits(components);
-  for (int i = 0; i < components; ++i) fits[i] = ellipsoidFit(whole[i].moments, rule.model) >= rule.min_fit;
+  for (int i = 0; i < components; ++i) fits[i] = rule.accepts(whole[i].moments);
   if (std::all_of(fits.begin(), fits.end(), [](uint8_t fit) { return fit; }))
     return {std::move(whole), {}, 0};
   return clusterParts(voids, corner, rule, whole, fits, runs);

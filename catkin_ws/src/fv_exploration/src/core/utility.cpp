@@ -6,8 +6,10 @@
 #include <numeric>
 #include <unordered_map>
 
+#include "convex_hull.h"
 #include "lane_kernels.h"
 #include "parallel.h"
+#include "tile.h"
 #include "zeroed_array.h"
 
 namespace fv {
@@ -29,8 +31,7 @@ struct Corners {
 /// By flags whether a ray goes on and adds.
 std::array<int64_t, kViewStep> openWhereFree() {
   std::array<int64_t, kViewStep> open;
-  for (int flags = 0; flags < kViewStep; ++flags)
-    open[flags] = (flags & Evaluator::kClassMask) == kFree ? -1 : 0;
+  for (int flags = 0; flags < kViewStep; ++flags) open[flags] = (flags & kClassMask) == kFree ? -1 : 0;
   return open;
 }
 const std::array<int64_t, kViewStep> kOpen = openWhereFree();
@@ -153,7 +154,7 @@ class Algorithm1 {
   void collect(const std::vector<ZeroedArray<UtilitySums>>& sums, Utility& out) const {
     const std::vector<uint8_t>& flags = evaluator_.flags();
     for (std::size_t i = 0; i < flags.size(); ++i) {
-      if ((flags[i] & Evaluator::kClassMask) != kFree) continue;
+      if ((flags[i] & kClassMask) != kFree) continue;
       UtilitySums total = sums[0][i];
       for (int thread = 1; thread < threads_; ++thread)
         for (std::size_t k = 0; k < total.size(); ++k) total[k] += sums[thread][i][k];

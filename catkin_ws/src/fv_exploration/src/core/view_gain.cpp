@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "fv_exploration/big_vector.h"
+#include "big_vector.h"
 #include "lane_kernels.h"
 #include "parallel.h"
 
@@ -16,11 +16,11 @@ namespace {
 GainTable gainTable() {
   GainTable table;
   for (int flags = 0; flags < kViewStep; ++flags) {
-    const int kind = flags & Evaluator::kClassMask;
+    const int kind = flags & kClassMask;
     table.adds[flags] = 0;
     if (kind == kUnknown) table.adds[flags] += GainTable::kOneUnknown;
-    if (flags & Evaluator::kVoidFlag) table.adds[flags] += GainTable::kOneVoid;
-    if (flags & Evaluator::kFrontierFlag) table.adds[flags] += GainTable::kOneFrontier;
+    if (flags & kVoidFlag) table.adds[flags] += GainTable::kOneVoid;
+    if (flags & kFrontierFlag) table.adds[flags] += GainTable::kOneFrontier;
     table.open[flags] = kind == kOccupied ? 0 : -1;
   }
   return table;

@@ -1,4 +1,4 @@
-#include "fv_exploration/void_clusters.h"
+#include "void_clusters.h"
 
 #include <algorithm>
 #include <limits>
@@ -145,7 +145,7 @@ class Merging {
     const Node& node = nodes_[c.node];
     return node.parent == c.node && node.nearest == c.squared_distance;
   }
-  bool fit(int a, int b) const { return ellipsoidFit(sums_[a] + sums_[b], rule_.model) >= rule_.min_fit; }
+  bool fit(int a, int b) const { return rule_.accepts(sums_[a] + sums_[b]); }
   /// As Moments has it, to the last bit.
   double squaredDistance(int a, int b) const {
     const Eigen::Vector3d d = nodes_[a].mean - nodes_[b].mean;

@@ -2,17 +2,19 @@
 #include <utility>
 #include <vector>
 
-#include "fv_exploration/big_vector.h"
+#include "big_vector.h"
 #include "fv_exploration/ellipsoid.h"
 
 namespace fv {
 
-/// When void voxels become one cluster.
+/// When void voxels become one cluster: the one place that says it.
 struct ClusterRule {
   EllipsoidModel model;
   double min_fit = 0.5;            ///< S that a merger needs, (0, 1]
   uint64_t seed = 0;               ///< of the random seed voxels
   double seed_share = 1.0 / 27.0;  ///< share of the voxels tried as first seeds
+  /// Whether voxels with these moments, those of two neighbours together, may be one cluster.
+  bool accepts(const Moments& together) const { return ellipsoidFit(together, model) >= min_fit; }
 };
 
 /// A void cluster in the making.

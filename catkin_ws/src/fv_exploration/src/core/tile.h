@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "fv_exploration/grid.h"
-#include "fv_exploration/void_clusters.h"
+#include "void_clusters.h"
 
 namespace fv {
 
