@@ -124,6 +124,10 @@ class PlannerCase(unittest.TestCase):
         goal.map_sequence = plan.map_sequence if sequence is None else sequence
         return self.executor.send_goal(goal)
 
+    def start_kept(self, number: int, **fields) -> actionlib.ClientGoalHandle:
+        """Begin to execute the motion that the node has planned under this number."""
+        return self.executor.send_goal(ExecuteMotionGoal(plan=number, **fields))
+
     def start_both(self, **fields) -> actionlib.ClientGoalHandle:
         """Begin to plan and execute."""
         return self.both.send_goal(PlanAndExecuteGoal(plan=self.goal(**fields)))

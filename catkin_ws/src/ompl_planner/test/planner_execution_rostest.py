@@ -30,6 +30,38 @@ class ExecutionTest(PlannerCase):
         self.assertEqual(len(paths[-1].tip_poses), len(plan.trajectory.points))
         subscriber.unregister()
 
+    def test_a_motion_that_the_node_has_planned_need_not_be_sent_back(self) -> None:
+        plan = self.plan(goal_name="home")
+        other = self.plan(goal_type=Plan.GOAL_JOINTS, goal_joints=JointState(name=["WST"], position=[0.3]))
+        self.assertNotEqual(plan.plan, other.plan)
+        result = answer(self.start_kept(plan.plan))
+        self.assertEqual(result.status, ExecuteMotionResult.SUCCESS, result.message)
+        for joint, position in self.home.items():
+            self.assertAlmostEqual(self.robot.positions()[joint], position, places=4)
+
+    def test_a_kept_motion_is_held_to_the_newest_map_and_to_where_the_robot_is(self) -> None:
+        plan = self.plan(goal_name="home")
+        self.robot.place({"REP": self.ready["REP"] + 0.4})
+        result = answer(self.start_kept(plan.plan))
+        self.assertEqual(result.status, ExecuteMotionResult.INVALID_REQUEST)
+        self.assertIn("REP", result.message)
+        self.robot.place(self.ready)
+        self.publish_map(occupied=[HOME_BOX])
+        result = answer(self.start_kept(plan.plan))
+        self.assertEqual(result.status, ExecuteMotionResult.MAP_CHANGED, result.message)
+
+    def test_a_number_that_no_plan_has_is_refused_and_so_is_one_beside_a_trajectory(self) -> None:
+        plan = self.plan(goal_name="home")
+        for number in (1, plan.plan + 1000):
+            result = answer(self.start_kept(number))
+            self.assertEqual(result.status, ExecuteMotionResult.INVALID_REQUEST)
+            self.assertIn(f"plan {number} is not known", result.message)
+        result = answer(self.start_kept(plan.plan, trajectory=plan.trajectory))
+        self.assertEqual(result.status, ExecuteMotionResult.INVALID_REQUEST)
+        self.assertIn("valid: one of them", result.message)
+        refused = self.plan(goal_name="nowhere")
+        self.assertEqual(refused.plan, 0, "what is no motion has no number")
+
     def test_a_plan_that_the_new_map_blocks_is_not_executed(self) -> None:
         plan = self.plan(goal_name="home")
         self.assert_status(plan, Status.SUCCESS)

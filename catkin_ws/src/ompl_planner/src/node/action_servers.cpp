@@ -11,6 +11,7 @@ using fv_msgs::PlanMotionResult;
 ActionServers::ActionServers(ros::NodeHandle& nh, Planning& planning, Execution& execution)
     : planning_(planning),
       execution_(execution),
+      plans_(ros::WallTime::now().toNSec()),
       plan_(nh, "/ompl_planner/plan", [this](const auto&... args) { return plan(args...); }),
       execute_(nh, "/ompl_planner/execute", [this](const auto&... args) { return execute(args...); }),
       plan_and_execute_(nh, "/ompl_planner/plan_and_execute",
@@ -29,17 +30,42 @@ PlanMotionResult ActionServers::plan(const fv_msgs::PlanMotionGoal& goal, const 
     feedback.stage = stage;
     tell(feedback);
   };
-  return msgFromResult(planning_.plan(goal, cancelled, on_stage));
+  return answerTo(planning_.plan(goal, cancelled, on_stage));
+}
+
+PlanMotionResult ActionServers::answerTo(const PlanResult& result) {
+  PlanMotionResult answer = msgFromResult(result);
+  if (result.status == PlanStatus::Success) {
+    answer.plan = plans_.keep(std::make_shared<PlannedMotion>(
+        PlannedMotion{result.trajectory, answer.trajectory, result.map_sequence}));
+  }
+  return answer;
+}
+
+PlannedMotionPtr ActionServers::motionOf(const fv_msgs::ExecuteMotionGoal& goal) const {
+  if (goal.plan == 0) {
+    return std::make_shared<PlannedMotion>(
+        PlannedMotion{trajectoryFromMsg(goal.trajectory), goal.trajectory, goal.map_sequence});
+  }
+  if (!goal.trajectory.points.empty())
+    throw std::invalid_argument("the goal has a plan's number and a trajectory; valid: one of them");
+  const PlannedMotionPtr motion = plans_.get(goal.plan);
+  if (!motion) {
+    throw std::invalid_argument("plan " + std::to_string(goal.plan) + " is not known (any more); the last " +
+                                std::to_string(KeptPlans::kKept) + " are kept");
+  }
+  return motion;
 }
 
 ExecuteMotionResult ActionServers::execute(const fv_msgs::ExecuteMotionGoal& goal, const Cancelled& cancelled,
                                            const ExecuteServer::Tell& tell) {
   const Turns::Turn turn = execution_.takeTurn(cancelled);
-  return execution_.execute(goal, turn, [&tell](double fraction) {
-    fv_msgs::ExecuteMotionFeedback feedback;
-    feedback.fraction = fraction;
-    tell(feedback);
-  });
+  return execution_.execute([&] { return motionOf(goal); }, turn,
+                            [&tell](double fraction) {
+                              fv_msgs::ExecuteMotionFeedback feedback;
+                              feedback.fraction = fraction;
+                              tell(feedback);
+                            });
 }
 
 PlanAndExecuteResult ActionServers::planAndExecute(const fv_msgs::PlanAndExecuteGoal& goal,
@@ -53,7 +79,7 @@ PlanAndExecuteResult ActionServers::planAndExecute(const fv_msgs::PlanAndExecute
   };
   const Turns::Turn turn = execution_.takeTurn(cancelled);  // first: a plan begins where the arm rests
   PlanAndExecuteResult result;
-  result.plan = msgFromResult(planning_.plan(
+  result.plan = answerTo(planning_.plan(
       goal.plan, [&turn] { return turn.stopped(); },
       [&](const std::string& stage) { tell_stage(stage, 0.0); }));
   result.message = result.plan.message;
@@ -62,11 +88,8 @@ PlanAndExecuteResult ActionServers::planAndExecute(const fv_msgs::PlanAndExecute
     result.status = stopped ? PlanAndExecuteResult::CANCELLED : PlanAndExecuteResult::NOT_PLANNED;
     return result;
   }
-  fv_msgs::ExecuteMotionGoal motion;
-  motion.trajectory = result.plan.trajectory;
-  motion.map_sequence = result.plan.map_sequence;
-  result.execution =
-      execution_.execute(motion, turn, [&](double fraction) { tell_stage("execute", fraction); });
+  result.execution = execution_.execute([&] { return plans_.get(result.plan.plan); }, turn,
+                                        [&](double fraction) { tell_stage("execute", fraction); });
   result.message = result.execution.message;
   const auto status = result.execution.status;
   result.status = status == ExecuteMotionResult::SUCCESS     ? PlanAndExecuteResult::SUCCESS

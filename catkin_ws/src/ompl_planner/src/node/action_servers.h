@@ -9,6 +9,7 @@
 
 #include "execution.h"
 #include "goal_server.h"
+#include "kept_plans.h"
 #include "planning.h"
 
 namespace ompl_planner {
@@ -27,6 +28,11 @@ class ActionServers {
   using PlanAndExecuteServer = GoalServer<fv_msgs::PlanAndExecuteAction>;
   using Cancelled = std::function<bool()>;
 
+  /// The answer to a plan, which is kept when it is a motion.
+  fv_msgs::PlanMotionResult answerTo(const PlanResult& result);
+  /// @throws std::invalid_argument for a number that no plan has, or a trajectory that cannot be read.
+  PlannedMotionPtr motionOf(const fv_msgs::ExecuteMotionGoal& goal) const;
+
   fv_msgs::PlanMotionResult plan(const fv_msgs::PlanMotionGoal& goal, const Cancelled& cancelled,
                                  const PlanServer::Tell& tell);
   fv_msgs::ExecuteMotionResult execute(const fv_msgs::ExecuteMotionGoal& goal, const Cancelled& cancelled,
@@ -37,6 +43,7 @@ class ActionServers {
 
   Planning& planning_;
   Execution& execution_;
+  KeptPlans plans_;
   PlanServer plan_;
   ExecuteServer execute_;
   PlanAndExecuteServer plan_and_execute_;

@@ -28,12 +28,11 @@ void pause() { std::this_thread::sleep_for(std::chrono::milliseconds(10)); }
 
 /// One goal and what belongs to it.
 struct Execution::Motion {
-  const fv_msgs::ExecuteMotionGoal& goal;
   const Turns::Turn& turn;
   std::function<void(double)> on_fraction;
   std::shared_ptr<const MotionPlanner> planner;
   ControllerSet controllers;
-  TimedTrajectory trajectory{};
+  PlannedMotionPtr planned{};
   fv_robot_model::Group group{};
   Eigen::VectorXd q_all{};
   Result result{};
@@ -56,14 +55,15 @@ Execution::Execution(const CurrentPlanner& planner, const RobotState& state, Map
       controllers_(params.controllers),
       paths_(paths) {}
 
-Result Execution::execute(const fv_msgs::ExecuteMotionGoal& goal, const Turns::Turn& turn,
+Result Execution::execute(const std::function<PlannedMotionPtr()>& planned, const Turns::Turn& turn,
                           const std::function<void(double)>& on_fraction) {
-  Motion motion{goal, turn, on_fraction, planner_.get(), ControllerSet(controllers_)};
+  Motion motion{turn, on_fraction, planner_.get(), ControllerSet(controllers_)};
   if (turn.stopped()) {
     motion.end(Result::CANCELLED, "cancelled before the arm moved");
     return motion.result;
   }
   try {
+    motion.planned = planned();
     run(motion);
   } catch (const std::exception& error) {
     motion.end(Result::INVALID_REQUEST, error.what());
@@ -92,12 +92,11 @@ void Execution::run(Motion& motion) {
 }
 
 bool Execution::prepare(Motion& motion) {
-  motion.trajectory = trajectoryFromMsg(motion.goal.trajectory);
-  if (motion.trajectory.times.empty())
+  if (motion.planned->trajectory.times.empty())
     return motion.end(Result::INVALID_REQUEST, "the trajectory has no points");
-  motion.group = groupOfJoints(motion.planner->model(), motion.goal.trajectory.joint_names);
+  motion.group = groupOfJoints(motion.planner->model(), motion.planned->message.joint_names);
   if (!withinLimits(motion)) return false;
-  motion.controllers.assign(motion.goal.trajectory);
+  motion.controllers.assign(motion.planned->message);
   std::string why;
   const auto q_all = state_.joints(motion.planner->model().jointNames(), why);
   if (!q_all) return motion.end(Result::INVALID_REQUEST, why);
@@ -106,18 +105,18 @@ bool Execution::prepare(Motion& motion) {
 }
 
 bool Execution::withinLimits(Motion& motion) const {
-  if (motion.trajectory.duration() > kMaxDurationS) {
+  if (motion.planned->trajectory.duration() > kMaxDurationS) {
     return motion.end(Result::INVALID_REQUEST,
-                      "the trajectory lasts " + std::to_string(motion.trajectory.duration()) +
+                      "the trajectory lasts " + std::to_string(motion.planned->trajectory.duration()) +
                           " s, at most " + std::to_string(kMaxDurationS) + " are allowed");
   }
-  const std::string beyond = motion.planner->beyondLimits(motion.group, motion.trajectory);
+  const std::string beyond = motion.planner->beyondLimits(motion.group, motion.planned->trajectory);
   return beyond.empty() || motion.end(Result::INVALID_REQUEST, "the trajectory: " + beyond);
 }
 
 bool Execution::startsWhereTheRobotIs(Motion& motion) const {
   for (std::size_t j = 0; j < motion.group.joint_indices.size(); ++j) {
-    const double begin = motion.trajectory.positions.front()[static_cast<Eigen::Index>(j)];
+    const double begin = motion.planned->trajectory.positions.front()[static_cast<Eigen::Index>(j)];
     const double now = motion.q_all[motion.group.joint_indices[j]];
     if (std::abs(begin - now) > kStartToleranceRad) {
       return motion.end(Result::INVALID_REQUEST, "joint '" + motion.group.joint_names[j] + "' is at " +
@@ -129,13 +128,13 @@ bool Execution::startsWhereTheRobotIs(Motion& motion) const {
 }
 
 bool Execution::mapAllows(Motion& motion) {
-  if (motion.goal.map_sequence == 0) return true;
-  motion.planned_on = maps_.kept(motion.goal.map_sequence);
+  if (motion.planned->map_sequence == 0) return true;
+  motion.planned_on = maps_.kept(motion.planned->map_sequence);
   if (!motion.planned_on) {
-    return motion.end(Result::MAP_CHANGED, "map " + std::to_string(motion.goal.map_sequence) +
+    return motion.end(Result::MAP_CHANGED, "map " + std::to_string(motion.planned->map_sequence) +
                                                ", which the motion was planned on, is not known (any more)");
   }
-  motion.checked_sequence = motion.goal.map_sequence;
+  motion.checked_sequence = motion.planned->map_sequence;
   const std::string hit = obstacle(motion, 0.0);
   return hit.empty() || motion.end(Result::MAP_CHANGED, "the map changed since the plan: " + hit);
 }
@@ -152,14 +151,14 @@ std::string Execution::obstacle(Motion& motion, double from_s) {
   const auto obstacles =
       std::make_shared<VoxelGrid>(changedObstacles(*motion.planned_on->map.grid, *map->map.grid));
   std::string hit = obstacleOnTheWay(motion.planner->model(), motion.group, motion.q_all, map->T_map_root,
-                                     obstacles, motion.planner->config(), motion.trajectory, from_s);
+                                     obstacles, motion.planner->config(), motion.planned->trajectory, from_s);
   if (hit.empty()) motion.checked_sequence = map->map.sequence;
   return hit;
 }
 
 /// Until all controllers are done, or one fails, or somebody cancels, or an obstacle shows up.
 void Execution::watch(Motion& motion) {
-  const double duration = motion.trajectory.duration();
+  const double duration = motion.planned->trajectory.duration();
   RosStopwatch stopwatch;
   double last_feedback_s = 0.0;
   while (true) {
@@ -187,7 +186,7 @@ bool Execution::goesOn(Motion& motion, double elapsed_s) {
   if (!motion.controllers.connected(why)) return motion.end(Result::CONTROLLER_FAILED, why);
   if (motion.turn.stopped())
     return motion.end(Result::CANCELLED, "cancelled after " + std::to_string(elapsed_s) + " s");
-  if (elapsed_s > motion.trajectory.duration() + config_.settle_s)
+  if (elapsed_s > motion.planned->trajectory.duration() + config_.settle_s)
     return motion.end(Result::CONTROLLER_FAILED, "the controllers did not finish in time");
   why = obstacle(motion, std::max(0.0, elapsed_s - 0.2));
   return why.empty() || motion.end(Result::STOPPED_FOR_OBSTACLE, why);
@@ -227,9 +226,9 @@ void Execution::show(const Motion& motion) {
   std::string why;
   const auto map = motion.planned_on ? motion.planned_on : maps_.latest(why);
   const auto& model = motion.planner->model();
-  paths_.publish({motion.goal.trajectory, model, motion.group, motion.q_all,
+  paths_.publish({motion.planned->message, model, motion.group, motion.q_all,
                   map ? map->frame : model.rootLink(), map ? map->T_map_root : Eigen::Isometry3d::Identity(),
-                  motion.goal.map_sequence,
+                  motion.planned->map_sequence,
                   /*executing=*/true});
 }
 

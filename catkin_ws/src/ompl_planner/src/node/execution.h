@@ -11,6 +11,7 @@
 
 #include "controller_set.h"
 #include "current_planner.h"
+#include "kept_plans.h"
 #include "map_keeper.h"
 #include "node_params.h"
 #include "path_publisher.h"
@@ -30,9 +31,11 @@ class Execution {
 
   /// Returns when the motion is done or the arm has stopped; everything that goes wrong is a status of the
   /// result.
+  /// @param planned Gives the motion, or throws std::invalid_argument: the request is invalid.
   /// @param turn Of this motion; it is asked all the time whether the arm is to stop.
   /// @param on_fraction Told now and then which share of the trajectory's duration is over.
-  fv_msgs::ExecuteMotionResult execute(const fv_msgs::ExecuteMotionGoal& goal, const Turns::Turn& turn,
+  fv_msgs::ExecuteMotionResult execute(const std::function<PlannedMotionPtr()>& planned,
+                                       const Turns::Turn& turn,
                                        const std::function<void(double)>& on_fraction);
 
  private:

@@ -88,7 +88,6 @@ class RosRobot:
         self._clouds: collections.deque[PointCloud2] = collections.deque(maxlen=4)
         self._joints = JointHistory()
         self._joint_names: list[str] = []  # of the robot; others on the topic are nothing to us
-        self._plans: list[PlanMotionResult] = []  # since the last motion
         self._no_transform = ""  # why the last one was not found
         self._tf_buffer = TransformBuffer(cache_time=rospy.Duration(600.0))
         self._tf_listener = tf2_ros.TransformListener(self._tf_buffer)
@@ -191,12 +190,11 @@ class RosRobot:
             return Plan(PlanStatus.MAP_TOO_OLD, text)
         motion = result.trajectory
         ends = dict(zip(motion.joint_names, motion.points[-1].positions, strict=True))
-        self._plans.append(result)
         return Plan(
             status,
             result.message,
             result.goal_index,
-            len(self._plans) - 1,
+            result.plan,
             result.duration,
             result.path_length,
             ends,
@@ -204,10 +202,7 @@ class RosRobot:
 
     def execute(self, plan: Plan) -> str:
         """Execute the plan; the text says why it was not finished, empty when it was."""
-        planned = self._plans[plan.motion]
-        self._plans.clear()
-        goal = ExecuteMotionGoal(planned.trajectory, planned.map_sequence)
-        result: ExecuteMotionResult = self._call(self._executor, goal)
+        result: ExecuteMotionResult = self._call(self._executor, ExecuteMotionGoal(plan=plan.motion))
         if result.status == ExecuteMotionResult.SUCCESS:
             return ""
         return result.message or f"status {result.status}"
