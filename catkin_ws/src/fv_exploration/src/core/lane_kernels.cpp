@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 
 #include "fv_exploration/errors.h"
 #if defined(__x86_64__)

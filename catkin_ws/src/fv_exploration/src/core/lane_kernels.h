@@ -46,7 +46,7 @@ struct RayBlock {
   double away[3][kCapacity];                   ///< where to, of any length but 0
   double weight[kCapacity];                    ///< utility that each voxel gains, fixed point
   int64_t voxel[3][kCapacity], at[kCapacity];  ///< source: coordinates and index in the grid
-  double t[3][kCapacity], delta[3][kCapacity], share[3][kCapacity];
+  double t[3][kCapacity], delta[3][kCapacity];
   int64_t step[3][kCapacity], left[3][kCapacity];
   UtilitySums adds[kCapacity];
 };

@@ -75,9 +75,9 @@ GridWalk start(const RayBlock& block, int ray, const UtilityGrid& grid, UtilityS
   adds[0] = nearestInt(block.weight[ray]);
   for (int axis = 0; axis < 3; ++axis) {
     const double direction = block.away[axis][ray] / length;
-    const bool up = direction > 0, still = direction == 0;
-    walk.delta[axis] = still ? GridWalk::kNever : 1.0 / std::fabs(direction);
-    walk.t[axis] = still ? GridWalk::kNever : 0.5 * walk.delta[axis];
+    const bool up = direction > 0;
+    walk.delta[axis] = std::min(1.0 / std::fabs(direction), GridWalk::kNever);
+    walk.t[axis] = 0.5 * walk.delta[axis];
     walk.step[axis] = up ? stride : -stride;
     walk.left[axis] = up ? grid.dims[axis] - 1 - block.voxel[axis][ray] : block.voxel[axis][ray];
     adds[axis + 1] = nearestInt(block.weight[ray] * direction);
