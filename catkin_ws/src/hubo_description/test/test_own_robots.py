@@ -14,6 +14,7 @@ from hubo_description import RobotDescriptionError, load_robot
 from hubo_description.check import check_explorer, check_robot
 from hubo_description.collision import SelfCollision
 from hubo_description.disabled_pairs import joints_between
+from hubo_description.disabled_pairs import main as write_disabled_pairs
 from hubo_description.upload import parameters
 
 UPLOAD = Path(__file__).resolve().parents[1] / "nodes" / "upload_robot"
@@ -256,6 +257,20 @@ def test_an_arm_without_any_body_needs_a_yes_too(tmp_path):
     assert "links_without_shape: [upper, lower, hand, optical]" in error_of(
         write_robot(tmp_path / "own", urdf=ghost)
     )
+
+
+def test_an_arm_that_touches_itself_at_the_start_is_told_the_pair_and_what_helps(tmp_path):
+    """The optical frame gets a body so long that it reaches the upper arm."""
+    reaching = BODY.format(name="optical", shape='<geometry><box size="0.6 0.05 1.8"/></geometry>')
+    urdf = links().replace('<link name="optical"/>', reaching)
+    folder = write_robot(tmp_path / "own", urdf=urdf)
+    done = check(folder)
+    assert done.returncode == 0 and "'upper' and 'optical' touch" in done.stderr
+    text = error_of(folder)
+    assert "own.srdf: links 'upper' and 'optical' touch in the start pose 'ready'" in text
+    assert f"compute_disabled_pairs --robot {folder}" in text
+    assert write_disabled_pairs(["--robot", str(folder), "--samples", "20"]) == 0
+    check_explorer(load_robot(folder))
 
 
 # ---- files

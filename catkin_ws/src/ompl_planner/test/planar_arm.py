@@ -25,9 +25,9 @@ SRDF = """<robot name="planar"><group name="arm"><chain base_link="base" tip_lin
 FREE = [[-1.0, -1.0, 0.3, 1.0, 1.0, 0.8]]
 
 
-def make_planner(**config) -> _core.MotionPlanner:
+def make_planner(urdf: str = URDF, **config) -> _core.MotionPlanner:
     return _core.MotionPlanner(
-        urdf=URDF, srdf=SRDF, rates={"shoulder": (1.0, 2.0), "elbow": (1.5, 3.0)}, config=config
+        urdf=urdf, srdf=SRDF, rates={"shoulder": (1.0, 2.0), "elbow": (1.5, 3.0)}, config=config
     )
 
 

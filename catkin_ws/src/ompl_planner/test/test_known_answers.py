@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from ompl_planner import _core
-from planar_arm import make_planner, make_request, pillar
+from planar_arm import URDF, make_planner, make_request, pillar
 
 Status = _core.PlanStatus
 SUCCESS, NO_PATH, NO_MAP, CANCELLED = Status.SUCCESS, Status.NO_PATH, Status.NO_MAP, Status.CANCELLED
@@ -30,6 +30,16 @@ def test_a_wall_that_leaves_a_gap_is_passed_by_folding(planner):
     assert result["status"] == SUCCESS, result["message"]
     assert np.abs(result["trajectory"]["positions"][:, 1]).max() > 1.0  # the elbow folded
     assert planner.judge(request, result["trajectory"]) == ""
+
+
+def test_an_arm_that_touches_itself_at_the_start_is_told_the_pair_and_what_helps():
+    post = "<link name='base'><collision><origin xyz='0.2 0.07 0.55'/><geometry><box size='0.04 0.04 0.04'/></geometry>"
+    planner = make_planner(urdf=URDF.replace('<link name="base"/>', post + "</collision></link>"))
+    result = planner.solve(make_request(planner, start=(0.0, 2.8), goal=(0.0, 0.0)))
+    assert result["status"] == START_HIT
+    assert "links 'base' and 'fore' touch" in result["message"]
+    assert "compute_disabled_pairs --robot" in result["message"]
+    assert planner.solve(make_request(planner, start=(0.0, 1.0), goal=(0.0, 0.0)))["status"] == SUCCESS
 
 
 # RRTstar gives different paths for equal seeds, and roadmaps are kept; the README says so.

@@ -7,6 +7,7 @@ import importlib.util
 from fv_robot_model import RobotModel, SelfCollision, SelfFilter
 from fv_robot_model.ik import make_ik_solver
 from hubo_description.collision import SelfCollision as InBullet
+from hubo_description.disabled_pairs import start_pose
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.robot import Robot
 
@@ -41,6 +42,21 @@ def check_explorer(robot: Robot) -> None:
     exploration = robot.config.exploration
     require_shapes(
         robot.model, exploration.group, exploration.links_without_shape, f"{robot.folder}/robot.yaml"
+    )
+    if contact := start_contact_text(robot):
+        raise RobotDescriptionError(contact)
+
+
+def start_contact_text(robot: Robot) -> str:
+    """Return one line when the robot touches itself where exploring begins, with what helps; else ""."""
+    body = SelfCollision(robot.model, group=robot.config.exploration.group)
+    pair = body.first_contact(robot.model.configuration(start_pose(robot)))
+    if pair is None:
+        return ""
+    return (
+        f"{robot.folder / robot.config.srdf}: links '{pair[0]}' and '{pair[1]}' touch in the start pose "
+        f"'{robot.config.exploration.start_pose}': no motion can begin there. If they always do, rosrun "
+        f"hubo_description compute_disabled_pairs --robot {robot.folder} adds the pair; else choose another start_pose"
     )
 
 

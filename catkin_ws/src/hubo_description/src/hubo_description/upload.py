@@ -8,7 +8,7 @@ import sys
 import rosgraph
 
 from fv_common.command import Parser
-from hubo_description.check import bare_links_text, check_robot
+from hubo_description.check import bare_links_text, check_robot, start_contact_text
 from hubo_description.errors import RobotDescriptionError
 from hubo_description.robot import Robot, list_robots, load_robot
 
@@ -71,6 +71,7 @@ def main(argv: list[str] | None = None) -> int:
         *notes,
         sep="; ",
     )
-    if robot.model.bare_links:
-        print(f"upload_robot: warning: {bare_links_text(robot)}", file=sys.stderr)
+    for text in (robot.model.bare_links and bare_links_text(robot), start_contact_text(robot)):
+        if text:
+            print(f"upload_robot: warning: {text}", file=sys.stderr)
     return 0

@@ -164,7 +164,9 @@ bool MotionPlanner::prepareStart(Job& job) const {
   const auto& bare = bare_self_.at(job.group.name);
   if (const auto pair = bare->firstContact(poses)) {
     return job.fail(PlanStatus::StartInCollision,
-                    "start: links '" + pair->first + "' and '" + pair->second + "' touch");
+                    "start: links '" + pair->first + "' and '" + pair->second +
+                        "' touch; if they always do there, the SRDF lacks this pair: rosrun hubo_description "
+                        "compute_disabled_pairs --robot FOLDER writes it");
   }
   const auto close_pairs = search_self->contacts(poses);
   job.judge->allowClosePairs(bare, close_pairs);
