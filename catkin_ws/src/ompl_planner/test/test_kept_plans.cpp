@@ -22,7 +22,9 @@ TEST(KeptPlans, theLastAreKeptAndNoNumberMeansAnother) {
     const bool kept = number >= kFirst + kCount - KeptPlans::kKept && number < kFirst + kCount;
     const PlannedMotionPtr motion = plans.get(number);
     ASSERT_EQ(motion != nullptr, kept) << number;
-    if (kept) EXPECT_EQ(motion->map_sequence, number - kFirst);
+    if (kept) {
+      EXPECT_EQ(motion->map_sequence, number - kFirst);
+    }
   }
 }
 
