@@ -7,6 +7,7 @@ import signal
 import subprocess
 import tempfile
 import unittest
+from pathlib import Path
 
 import numpy as np
 import rospkg
@@ -139,11 +140,18 @@ class Pictures(unittest.TestCase):
 
     def test_a_marker_that_came_before_its_frame_is_shown_all_the_same(self):
         picture_path = os.path.join(self.folder.name, "late.png")
-        order = {"grab": picture_path, "show": ["Drawing"], "hide": ["*"], "camera": [3.0, 0.0, 0.3, 0, 0, 0]}
-        drawing = rospy.Publisher("/fv_viz/figure", MarkerArray, latch=True, queue_size=1)
+        order = {
+            "grab": picture_path,
+            "show": ["Contacts"],
+            "hide": ["*"],
+            "camera": [3.0, 0.0, 0.3, 0, 0, 0],
+        }
+        drawing = rospy.Publisher("/late_drawing", MarkerArray, latch=True, queue_size=1)
         drawing.publish([_red_ball("late_frame")])
-        config = os.path.join(rospkg.RosPack().get_path("fv_viz"), "rviz", "figures.rviz")
-        camera = Camera(ScreenshotConfig(config=config, width=320, height=240))
+        displays = Path(rospkg.RosPack().get_path("fv_viz"), "rviz", "planning.rviz").read_text()
+        config = Path(self.folder.name, "late.rviz")
+        config.write_text(displays.replace("/fv_viz/contacts", "/late_drawing"))
+        camera = Camera(ScreenshotConfig(config=str(config), width=320, height=240))
         try:
             camera.take(order)
             self.assertEqual(_red_pixels(picture_path), 0)
